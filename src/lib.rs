@@ -1,0 +1,19 @@
+#![doc = include_str!("ARCHITECTURE.md")]
+
+pub mod math;
+
+pub mod scene;
+
+pub mod trace;
+
+pub mod student;
+
+pub mod transport;
+
+pub mod solver;
+
+pub mod render;
+
+pub mod check;
+
+pub mod cli;

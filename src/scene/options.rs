@@ -1,0 +1,48 @@
+//! How a scene is read: one struct for the flags, the state file and the window.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+use super::texture::TextureFilter;
+
+/// Choices made while a scene is read.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LoadOptions {
+    /// Swap the front and back of every triangle, and its normals with it.
+    #[arg(long)]
+    pub flip: bool,
+    /// Throw the file's normals away and compute new ones: smooth across edges that bend by less than this angle
+    /// [degrees], creased elsewhere. 0 gives flat shading.
+    #[arg(long, value_name = "DEGREES")]
+    pub crease_angle: Option<f32>,
+    /// Join positions nearer than this fraction of the scene's size.
+    #[arg(long, value_name = "FRACTION")]
+    pub weld: Option<f32>,
+    /// Scale the scene so that its largest side is 1 m.
+    #[arg(long)]
+    pub unit_size: bool,
+    /// Give every surface two sides, each lit on its own.
+    #[arg(long)]
+    pub two_sided: bool,
+    /// The highest reflectance that a material keeps, in any band; up to 0.999. Higher ones are clamped, and counted.
+    #[arg(long, value_name = "REFLECTANCE", default_value_t = LoadOptions::default().reflectance_limit)]
+    pub reflectance_limit: f32,
+    /// How textures are read between their texel centres.
+    #[arg(long, value_enum, default_value_t = LoadOptions::default().texture_filter)]
+    pub texture_filter: TextureFilter,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            flip: false,
+            crease_angle: None,
+            weld: None,
+            unit_size: false,
+            two_sided: false,
+            reflectance_limit: 0.95,
+            texture_filter: TextureFilter::Nearest,
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! The solver: settings in, a solution out, as a job that can be watched.
+
+pub mod settings;
+pub mod solution;
+
+pub use settings::SolveSettings;
+pub use solution::{Solution, SolutionInfo};

@@ -1,0 +1,79 @@
+//! The settings of a solve: one struct for the flags, the state file, the window and the solution's metadata.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+use crate::{math::sequence::Sampler, scene::tessellate::TessellationOptions};
+
+/// Everything a solution depends on besides the scene and the light.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct SolveSettings {
+    /// Hemisphere rays a vertex. 64 is a preview, 256 good, 1024 fine; powers of two suit the Sobol points.
+    #[arg(long, value_name = "N", default_value_t = SolveSettings::default().rays)]
+    pub rays: u32,
+    /// Shadow rays a vertex, for the area light and again for emissive materials.
+    #[arg(long, value_name = "N", default_value_t = SolveSettings::default().light_rays)]
+    pub light_rays: u32,
+    /// Indirect bounces to compute; without it, bounces go on until `--unabsorbed` is reached.
+    #[arg(long, value_name = "N")]
+    pub bounces: Option<u32>,
+    /// Stop when this fraction of the emitted power is still unabsorbed.
+    #[arg(long, value_name = "FRACTION", default_value_t = SolveSettings::default().unabsorbed)]
+    pub unabsorbed: f32,
+    /// How sample points are placed.
+    #[arg(long, value_enum, default_value_t = SolveSettings::default().sampler)]
+    pub sampler: Sampler,
+    /// Seed of all sample points: the same seed gives the same bits on any number of threads.
+    #[arg(long, value_name = "N", default_value_t = SolveSettings::default().seed)]
+    pub seed: u64,
+    /// Cut every edge in two this many times (2^N segments an edge).
+    #[arg(long, value_name = "N", default_value_t = SolveSettings::default().subdivide)]
+    pub subdivide: u32,
+    /// Bisect edges until none is longer than this [m].
+    #[arg(long, value_name = "METRES")]
+    pub max_edge: Option<f64>,
+    /// Memory for the traced rows [MiB]; what does not fit is traced again at each bounce, with the same result.
+    #[arg(long, value_name = "MIB", default_value_t = SolveSettings::default().row_memory)]
+    pub row_memory: u32,
+}
+
+impl Default for SolveSettings {
+    fn default() -> Self {
+        Self {
+            rays: 256,
+            light_rays: 64,
+            bounces: None,
+            unabsorbed: 0.01,
+            sampler: Sampler::Sobol,
+            seed: 1,
+            subdivide: 0,
+            max_edge: None,
+            row_memory: 2048,
+        }
+    }
+}
+
+impl SolveSettings {
+    /// The part that decides the elements.
+    pub fn tessellation(&self) -> TessellationOptions {
+        TessellationOptions { subdivide: self.subdivide, max_edge: self.max_edge }
+    }
+
+    /// What is wrong with the settings, if anything.
+    pub fn problem(&self) -> Option<String> {
+        if !(self.unabsorbed > 0.0 && self.unabsorbed < 1.0) {
+            return Some(format!("unabsorbed must lie between 0 and 1, not be {}", self.unabsorbed));
+        }
+        if self.max_edge.is_some_and(|length| !(length > 0.0 && length.is_finite())) {
+            return Some(String::from("max-edge must be a positive length in metres"));
+        }
+        if self.subdivide > 12 {
+            return Some(format!(
+                "subdivide {} would cut every triangle into more than 16 million; at most 12",
+                self.subdivide
+            ));
+        }
+        None
+    }
+}
