@@ -58,7 +58,7 @@ mod tests {
 
     #[test]
     fn a_box_scaled_by_a_power_of_two_and_moved_has_the_same_local_points() {
-        let corner = DVec3::new(1.25, -3.5, 2.0);
+        let corner = DVec3::new(1.25, 3.5, 2.0);
         let local = |scale: f64, shift: DVec3| {
             let frame = LocalFrame::of_bounds(shift - corner * scale, shift + corner * scale);
             (frame.point_to_local(shift + corner * scale), frame.point_to_metres(Vec3::ONE))

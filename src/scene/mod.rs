@@ -7,6 +7,7 @@
 pub mod area_light;
 pub mod camera;
 pub mod error;
+pub mod load;
 pub mod local_frame;
 pub mod material;
 pub mod mesh;

@@ -2,7 +2,11 @@
 //!
 //! [`RayTracer`] is all the solver asks of a ray tracer, so that a student can bring their own.
 
+pub mod bvh;
+
 use glam::{Vec2, Vec3};
+
+pub use bvh::Tracer;
 
 /// No triangle: for rays that leave from no surface.
 pub const NO_TRIANGLE: u32 = u32::MAX;
