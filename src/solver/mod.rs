@@ -2,6 +2,7 @@
 
 pub mod settings;
 pub mod solution;
+pub mod solution_file;
 
 pub use settings::SolveSettings;
 pub use solution::{Solution, SolutionInfo};
