@@ -7,6 +7,7 @@ pub mod job;
 pub mod monitor;
 pub mod settings;
 pub mod solution;
+pub mod solution_file;
 
 pub use gather::{Problem, SolveReport, solve};
 pub use job::Job;
