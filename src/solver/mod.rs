@@ -2,6 +2,8 @@
 
 pub mod settings;
 pub mod solution;
+pub mod state;
 
 pub use settings::SolveSettings;
 pub use solution::{Solution, SolutionInfo};
+pub use state::State;
