@@ -2,7 +2,9 @@
 //!
 //! Each command is a file with its clap arguments and a `run` function that returns an [`Outcome`].
 
+pub mod export;
 pub mod files;
+pub mod probe;
 pub mod progress;
 
 /// How a command ended; errors (bad input) end with exit status 2.
