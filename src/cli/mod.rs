@@ -2,6 +2,8 @@
 //!
 //! Each command is a file with its clap arguments and a `run` function that returns an [`Outcome`].
 
+pub mod inspect;
+
 /// How a command ended; errors (bad input) end with exit status 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {

@@ -7,11 +7,13 @@
 pub mod area_light;
 pub mod camera;
 pub mod error;
+pub mod inspect;
 pub mod load;
 pub mod local_frame;
 pub mod material;
 pub mod mesh;
 pub mod options;
+pub mod reflectance;
 pub mod tessellate;
 pub mod texture;
 
