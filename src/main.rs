@@ -1,1 +1,3 @@
+//! The `radiosity` program: arguments in, exit status out.
+
 fn main() {}

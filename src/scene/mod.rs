@@ -12,6 +12,7 @@ pub mod local_frame;
 pub mod material;
 pub mod mesh;
 pub mod options;
+pub mod reflectance;
 pub mod tessellate;
 pub mod texture;
 
