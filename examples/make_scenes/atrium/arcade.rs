@@ -123,8 +123,7 @@ pub(super) fn balustrade(model: &mut Model, side: &Side) {
         box_between(model, UPPER_FLOOR + 0.82, UPPER_FLOOR + 0.98, 0.13, &[]);
         for index in 0..BALUSTERS {
             let x = mix(from, to, (index as f64 + 1.0) / (BALUSTERS as f64 + 1.0));
-            let profile =
-                [[0.05, 0.0], [0.085, 0.22], [0.04, 0.5], [0.065, 0.72]];
+            let profile = [[0.05, 0.0], [0.085, 0.22], [0.04, 0.5], [0.065, 0.72]];
             model.lathe(DVec3::new(x, UPPER_FLOOR + 0.1, 0.0), &profile, 6);
         }
     }

@@ -53,8 +53,7 @@ fn column(model: &mut Model, base: DVec3, storey: &Storey) {
         .collect();
     let ring = [[0.84, neck], [0.97, neck + 0.03], [0.84, neck + 0.07]];
     let top = height - 0.18;
-    let bell =
-        [[0.84, neck + 0.07], [0.94, neck + 0.25], [1.2, top - 0.05], [half_plate / radius, top]];
+    let bell = [[0.84, neck + 0.07], [0.94, neck + 0.25], [1.2, top - 0.05], [half_plate / radius, top]];
     for profile in [&torus[..], &hollow, &shaft, &ring, &bell] {
         let scaled: Vec<[f64; 2]> = profile.iter().map(|[share, height]| [share * radius, *height]).collect();
         model.lathe(base, &scaled, segments);
