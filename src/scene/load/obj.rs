@@ -16,7 +16,7 @@ pub(super) struct Soup {
     pub(super) texcoords: Vec<DVec2>,
     /// True if the file's faces use texture coordinates.
     pub(super) has_texcoords: bool,
-    /// Corners of polygons that no triangle needs: they repeat another one or lie on a straight edge.
+    /// Corners of polygons that no triangle uses: repeated, on a straight edge, or where edges cross.
     pub(super) left_out_corners: usize,
     /// The triangles, in the order of the file.
     pub(super) triangles: Vec<Triangle>,
