@@ -8,7 +8,7 @@ use super::polygon::Triangulator;
 /// Triangles before repair. Indices are checked: they lie inside the arrays.
 #[derive(Debug, Default)]
 pub(super) struct Soup {
-    /// Positions [m]; several may be equal.
+    /// Positions in m; several may be equal.
     pub(super) positions: Vec<DVec3>,
     /// Normals of any length; 0 where the file gives none.
     pub(super) normals: Vec<DVec3>,
@@ -47,7 +47,7 @@ impl Triangle {
 }
 
 impl Soup {
-    /// The corner positions of a triangle [m].
+    /// The corner positions of a triangle in m.
     pub(super) fn points(&self, triangle: &Triangle) -> [DVec3; 3] {
         triangle.position_ids().map(|position| self.positions[position as usize])
     }
