@@ -89,16 +89,15 @@ pub fn report(scene: &Scene) -> SceneReport {
         let (width, height) = texture.size();
         TextureReport { name: texture.name.clone(), width, height }
     };
-    let bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let (low, high) = mesh.positions.iter().fold(bounds, |(low, high), point| (low.min(*point), high.max(*point)));
+    let (minimum, maximum) = scene.bounds_in_metres();
     SceneReport {
         name: scene.name.clone(),
         hash: scene.hash(),
         triangles: mesh.triangles.len(),
         vertices: mesh.positions.len(),
         two_sided: scene.two_sided,
-        minimum: scene.frame.point_to_metres(low).to_array(),
-        maximum: scene.frame.point_to_metres(high).to_array(),
+        minimum: minimum.to_array(),
+        maximum: maximum.to_array(),
         area: measures.iter().map(|(area, _)| area).sum(),
         materials: scene
             .materials

@@ -4,7 +4,7 @@ use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::settings::SolveSettings;
-use crate::scene::area_light::AreaLightState;
+use crate::scene::{LoadOptions, area_light::AreaLightState};
 
 /// What a solution was computed from. Saved with it, and compared before it is used.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,6 +15,8 @@ pub struct SolutionInfo {
     pub scene_hash: String,
     /// Hash of the tessellation's positions and triangles.
     pub tessellation_hash: String,
+    /// How the scene was read.
+    pub load: LoadOptions,
     /// The settings.
     pub settings: SolveSettings,
     /// The placed area light, if there was one.

@@ -3,20 +3,23 @@
 //! [`RayTracer`] is all the solver asks of a ray tracer, so that a student can bring their own.
 
 pub mod bvh;
+pub mod surface;
+mod triangle;
 
 use glam::{Vec2, Vec3};
 
 pub use bvh::Tracer;
+pub use surface::SurfacePoint;
 
 /// No triangle: for rays that leave from no surface.
 pub const NO_TRIANGLE: u32 = u32::MAX;
 
-/// A ray. Distances are in units of the direction's length, which need not be 1.
+/// A ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
     /// Start.
     pub origin: Vec3,
-    /// Direction.
+    /// Direction, of unit length.
     pub direction: Vec3,
     /// Hits at this distance or beyond do not count; `f32::INFINITY` for none.
     pub max_distance: f32,
@@ -31,14 +34,14 @@ pub struct Hit {
     pub triangle: u32,
     /// Barycentric coordinates (u, v): the point is (1-u-v) a + u b + v c.
     pub barycentric: Vec2,
-    /// Distance in units of the direction's length.
+    /// Distance from the origin, in local units.
     pub distance: f32,
     /// True if the ray meets the side that the triangle's winding calls front.
     pub front: bool,
 }
 
 /// The ray tracer as the solver sees it.
-pub trait RayTracer: Sync {
+pub trait RayTracer: Send + Sync {
     /// The nearest hit with 0 < distance < `max_distance`, from either side of a triangle; cut-outs let it through.
     fn closest_hit(&self, ray: &Ray) -> Option<Hit>;
 

@@ -1,0 +1,92 @@
+//! The energy ledger: where the emitted power went, bounce by bounce.
+
+use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::scene::{Scene, Tessellation, reflectance::triangle_mean_reflectance};
+
+/// Power [W] of one bounce, per band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BouncePower {
+    /// Arriving on front sides.
+    pub arriving: DVec3,
+    /// Of that, absorbed.
+    pub absorbed: DVec3,
+    /// Of that, reflected: what the next bounce has to spend.
+    pub reflected: DVec3,
+    /// What left the lights or the bounce before and arrived on no front side: through openings, into back faces.
+    pub escaped: DVec3,
+}
+
+/// Emitted power and the power of each bounce.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Power of all lights [W].
+    pub emitted: DVec3,
+    /// Bounce 0 (direct) and on.
+    pub bounces: Vec<BouncePower>,
+}
+
+/// Area [m²] of each vertex's share of the surface, and that times its mean reflectance.
+pub(super) struct VertexWeights {
+    area: Vec<f64>,
+    reflecting_area: Vec<DVec3>,
+}
+
+impl VertexWeights {
+    pub(super) fn new(scene: &Scene, tessellation: &Tessellation) -> Self {
+        let mesh = &tessellation.mesh;
+        let square_metres = scene.frame.square_metres_per_unit();
+        let reflectance: Vec<Vec3> =
+            (0..scene.mesh.triangles.len() as u32).map(|triangle| triangle_mean_reflectance(scene, triangle)).collect();
+        let mut weights =
+            Self { area: vec![0.0; mesh.positions.len()], reflecting_area: vec![DVec3::ZERO; mesh.positions.len()] };
+        for element in 0..mesh.triangles.len() {
+            let share = f64::from(mesh.area(element as u32)) * square_metres / 3.0;
+            let reflectance = reflectance[tessellation.scene_triangle[element] as usize].as_dvec3();
+            for vertex in mesh.triangles[element].map(|vertex| vertex as usize) {
+                weights.area[vertex] += share;
+                weights.reflecting_area[vertex] += share * reflectance;
+            }
+        }
+        weights
+    }
+}
+
+impl Ledger {
+    pub(super) fn new(emitted: DVec3) -> Self {
+        Self { emitted, bounces: Vec::new() }
+    }
+
+    /// Enters the next bounce. The sums run in vertex order, in f64, so they are the same on any number of threads.
+    pub(super) fn enter(&mut self, irradiance: &[Vec3], weights: &VertexWeights) {
+        let (mut arriving, mut reflected) = (DVec3::ZERO, DVec3::ZERO);
+        for (vertex, value) in irradiance.iter().enumerate() {
+            arriving += value.as_dvec3() * weights.area[vertex];
+            reflected += value.as_dvec3() * weights.reflecting_area[vertex];
+        }
+        let source = self.bounces.last().map_or(self.emitted, |bounce| bounce.reflected);
+        self.bounces.push(BouncePower {
+            arriving,
+            absorbed: arriving - reflected,
+            reflected,
+            escaped: source - arriving,
+        });
+    }
+
+    /// The fraction of the emitted power that is still to be absorbed: the last bounce's reflected power with the
+    /// geometric tail 1/(1-q) of all bounces after it, q being the ratio of the last two bounces.
+    pub fn unabsorbed(&self) -> f64 {
+        let power = |bounce: &BouncePower| bounce.reflected.element_sum();
+        let emitted = self.emitted.element_sum();
+        let Some(last) = self.bounces.last().map(power) else {
+            return 1.0;
+        };
+        if emitted <= 0.0 || last <= 0.0 {
+            return 0.0;
+        }
+        let before = self.bounces.len().checked_sub(2).map(|index| power(&self.bounces[index]));
+        let ratio = before.map_or(0.0, |before| (last / before).clamp(0.0, 0.999));
+        last / emitted / (1.0 - ratio)
+    }
+}

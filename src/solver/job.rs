@@ -1,0 +1,72 @@
+//! A solve on a thread of its own. The window and the command line see a solve only through this.
+
+use std::{
+    sync::{Arc, mpsc},
+    thread::JoinHandle,
+};
+
+use super::{
+    gather::{Problem, SolveReport, solve},
+    monitor::{Message, Monitor},
+    solution::Solution,
+};
+
+/// A running solve. Dropping it cancels the solve and waits for its thread.
+pub struct Job {
+    monitor: Arc<Monitor>,
+    messages: mpsc::Receiver<Message>,
+    thread: Option<JoinHandle<(Solution, SolveReport)>>,
+}
+
+impl Job {
+    /// Starts solving on `threads` threads (all cores if 0). Fails if the threads cannot be made.
+    pub fn start(problem: Problem, threads: usize) -> std::io::Result<Self> {
+        let (sender, messages) = mpsc::channel();
+        let monitor = Arc::new(Monitor::new(problem.tessellation.mesh.positions.len(), Some(sender)));
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|index| format!("solver {index}"))
+            .build()
+            .map_err(std::io::Error::other)?;
+        let watched = Arc::clone(&monitor);
+        let thread = std::thread::Builder::new()
+            .name(String::from("solve"))
+            .spawn(move || pool.install(|| solve(&problem, &watched)))?;
+        Ok(Self { monitor, messages, thread: Some(thread) })
+    }
+
+    /// What the job shares: progress, the live field, pause and cancel.
+    pub fn monitor(&self) -> &Arc<Monitor> {
+        &self.monitor
+    }
+
+    /// News since the last call, in order. Does not wait.
+    pub fn messages(&self) -> impl Iterator<Item = Message> + '_ {
+        self.messages.try_iter()
+    }
+
+    /// Waits up to `timeout` for the next message.
+    pub fn next_message(&self, timeout: std::time::Duration) -> Option<Message> {
+        self.messages.recv_timeout(timeout).ok()
+    }
+
+    /// True once the solve has ended.
+    pub fn is_finished(&self) -> bool {
+        self.thread.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Waits for the end. `None` if the solver panicked (in a ray tracer from outside, say).
+    pub fn finish(mut self) -> Option<(Solution, SolveReport)> {
+        self.thread.take()?.join().ok()
+    }
+}
+
+impl Drop for Job {
+    fn drop(&mut self) {
+        self.monitor.cancel();
+        if let Some(thread) = self.thread.take() {
+            // Its result is not wanted, and its panic was printed.
+            let _ = thread.join();
+        }
+    }
+}

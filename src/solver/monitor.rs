@@ -1,0 +1,203 @@
+//! What a solve shares with those who watch it: progress, the live field, and the wish to pause or cancel.
+
+use std::{
+    sync::{
+        Arc, Condvar, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed},
+        mpsc::Sender,
+    },
+    time::{Duration, Instant},
+};
+
+use glam::Vec3;
+
+use super::energy::BouncePower;
+
+/// What a solve is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Tracing gather rays, and direct light.
+    Tracing,
+    /// Summing bounces.
+    Bouncing,
+}
+
+/// How far a solve has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress {
+    /// What it is doing.
+    pub stage: Stage,
+    /// The bounce being computed; 0 is direct light.
+    pub bounce: u32,
+    /// The part of the stage that is done, 0 to 1.
+    pub fraction: f32,
+    /// Rays traced so far.
+    pub rays: u64,
+    /// Rays a second since the start, pauses left out.
+    pub rays_per_second: f64,
+    /// Estimate of the seconds left in this stage.
+    pub seconds_left: f64,
+    /// Fraction of the emitted power that is still unabsorbed; 1 until bounce 0 is done.
+    pub unabsorbed: f64,
+}
+
+/// News from a solve, in order.
+#[derive(Clone, Debug)]
+pub enum Message {
+    /// Sent some twenty times a second.
+    Progress(Progress),
+    /// A bounce is complete.
+    Bounce {
+        /// Its number; 0 is direct light.
+        index: u32,
+        /// Irradiance of this bounce alone at each vertex [W/m²].
+        irradiance: Arc<Vec<Vec3>>,
+        /// Its power.
+        power: BouncePower,
+    },
+}
+
+/// Time between two progress messages.
+const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Shared between a solve and its watchers.
+#[derive(Debug)]
+pub struct Monitor {
+    cancelled: AtomicBool,
+    paused: Mutex<bool>,
+    unpaused: Condvar,
+    sender: Option<Sender<Message>>,
+    started: Instant,
+    paused_nanos: AtomicU64,
+    last_message: Mutex<Instant>,
+    stage: Mutex<StageState>,
+    work_done: AtomicU64,
+    rays: AtomicU64,
+    /// Three values a vertex: the total irradiance as far as it is known, as the bits of an f32.
+    live: Vec<AtomicU32>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct StageState {
+    stage: Stage,
+    bounce: u32,
+    work: u64,
+    started: Instant,
+    unabsorbed: f64,
+}
+
+impl Monitor {
+    /// For a solve of `vertex_count` vertices; messages go to `sender`, if there is one.
+    pub fn new(vertex_count: usize, sender: Option<Sender<Message>>) -> Self {
+        let now = Instant::now();
+        let stage = StageState { stage: Stage::Tracing, bounce: 0, work: 1, started: now, unabsorbed: 1.0 };
+        Self {
+            cancelled: AtomicBool::new(false),
+            paused: Mutex::new(false),
+            unpaused: Condvar::new(),
+            sender,
+            started: now,
+            paused_nanos: AtomicU64::new(0),
+            last_message: Mutex::new(now),
+            stage: Mutex::new(stage),
+            work_done: AtomicU64::new(0),
+            rays: AtomicU64::new(0),
+            live: (0..3 * vertex_count).map(|_| AtomicU32::new(0)).collect(),
+        }
+    }
+
+    /// Asks the solve to stop; it keeps what it has.
+    pub fn cancel(&self) {
+        self.cancelled.store(true, Relaxed);
+        self.resume();
+    }
+
+    /// True once [`Monitor::cancel`] was called.
+    pub fn is_cancelled(&self) -> bool {
+        self.cancelled.load(Relaxed)
+    }
+
+    /// Asks the solve to wait before its next piece of work.
+    pub fn pause(&self) {
+        *self.paused.lock().unwrap_or_else(PoisonError::into_inner) = true;
+    }
+
+    /// Lets a paused solve go on.
+    pub fn resume(&self) {
+        *self.paused.lock().unwrap_or_else(PoisonError::into_inner) = false;
+        self.unpaused.notify_all();
+    }
+
+    /// The total irradiance [W/m²] at each vertex as far as it is known now.
+    pub fn live_field(&self) -> Vec<Vec3> {
+        self.live.chunks_exact(3).map(|bits| Vec3::from_array([0, 1, 2].map(|band| load(&bits[band])))).collect()
+    }
+
+    /// Waits while the solve is paused.
+    pub(super) fn wait_while_paused(&self) {
+        let guard = self.paused.lock().unwrap_or_else(PoisonError::into_inner);
+        if !*guard {
+            return;
+        }
+        let since = Instant::now();
+        let guard = self.unpaused.wait_while(guard, |paused| *paused && !self.is_cancelled());
+        drop(guard);
+        self.paused_nanos.fetch_add(since.elapsed().as_nanos() as u64, Relaxed);
+    }
+
+    pub(super) fn enter_stage(&self, stage: Stage, bounce: u32, work: u64, unabsorbed: f64) {
+        let state = StageState { stage, bounce, work: work.max(1), started: Instant::now(), unabsorbed };
+        *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = state;
+        self.work_done.store(0, Relaxed);
+    }
+
+    /// Adds to the work done and to the rays traced, and sends a progress message if one is due.
+    pub(super) fn advance(&self, work: u64, rays: u64) {
+        self.work_done.fetch_add(work, Relaxed);
+        self.rays.fetch_add(rays, Relaxed);
+        let Some(sender) = &self.sender else { return };
+        let Ok(mut last) = self.last_message.try_lock() else { return };
+        if last.elapsed() >= PROGRESS_INTERVAL {
+            *last = Instant::now();
+            // A watcher that went away is no reason to stop.
+            let _ = sender.send(Message::Progress(self.progress()));
+        }
+    }
+
+    pub(super) fn announce_bounce(&self, index: u32, irradiance: &Arc<Vec<Vec3>>, power: BouncePower) {
+        if let Some(sender) = &self.sender {
+            let _ = sender.send(Message::Bounce { index, irradiance: Arc::clone(irradiance), power });
+        }
+    }
+
+    /// How far the solve has come.
+    pub fn progress(&self) -> Progress {
+        let state = *self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        let rays = self.rays.load(Relaxed);
+        let fraction = (self.work_done.load(Relaxed) as f64 / state.work as f64).min(1.0);
+        let paused = Duration::from_nanos(self.paused_nanos.load(Relaxed)).as_secs_f64();
+        let seconds = (self.started.elapsed().as_secs_f64() - paused).max(1e-9);
+        let in_stage = state.started.elapsed().as_secs_f64();
+        Progress {
+            stage: state.stage,
+            bounce: state.bounce,
+            fraction: fraction as f32,
+            rays,
+            rays_per_second: rays as f64 / seconds,
+            seconds_left: if fraction > 0.0 { in_stage * (1.0 - fraction) / fraction } else { 0.0 },
+            unabsorbed: state.unabsorbed,
+        }
+    }
+
+    /// Adds a bounce's irradiance at a vertex to the live field. Only one thread at a time writes a vertex.
+    pub(super) fn add_live(&self, vertex: usize, irradiance: Vec3) {
+        for (band, value) in irradiance.to_array().into_iter().enumerate() {
+            let slot = &self.live[3 * vertex + band];
+            slot.store((load(slot) + value).to_bits(), Relaxed);
+        }
+    }
+}
+
+fn load(bits: &AtomicU32) -> f32 {
+    f32::from_bits(bits.load(Relaxed))
+}

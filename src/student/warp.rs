@@ -1,0 +1,75 @@
+//! From the unit square to the disk and to the hemisphere, and back.
+
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4};
+
+use glam::{Vec2, Vec3};
+
+/// Maps the unit square to the unit disk so that equal areas stay equal: density 1/π everywhere.
+///
+/// `point` lies in [0, 1]²; the result has length at most 1. Squares around the middle become circles around it, so
+/// neighbours stay neighbours and a stratified set stays well spread.
+///
+/// Method: Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
+///
+/// Hint: move the middle to (0, 0). The larger of |x| and |y| is the radius; the smaller divided by the larger runs
+/// from -1 to 1 and is the angle from the nearest axis, in units of π/4.
+pub fn square_to_disk_concentric(point: Vec2) -> Vec2 {
+    let centred = 2.0 * point - 1.0;
+    if centred == Vec2::ZERO {
+        return Vec2::ZERO;
+    }
+    let (radius, angle) = if centred.x.abs() > centred.y.abs() {
+        (centred.x, FRAC_PI_4 * (centred.y / centred.x))
+    } else {
+        (centred.y, FRAC_PI_2 - FRAC_PI_4 * (centred.x / centred.y))
+    };
+    radius * Vec2::from_angle(angle)
+}
+
+/// The inverse of [`square_to_disk_concentric`]: a point of the unit disk to its point of the square.
+///
+/// Hint: the axis with the larger coordinate tells which branch the point came from.
+pub fn disk_to_square_concentric(disk: Vec2) -> Vec2 {
+    if disk == Vec2::ZERO {
+        return Vec2::splat(0.5);
+    }
+    let radius = disk.length();
+    let centred = if disk.x.abs() > disk.y.abs() {
+        let x = radius.copysign(disk.x);
+        Vec2::new(x, x * (disk.y / disk.x).atan() / FRAC_PI_4)
+    } else {
+        let y = radius.copysign(disk.y);
+        Vec2::new(y * (disk.x / disk.y).atan() / FRAC_PI_4, y)
+    };
+    (0.5 * centred + 0.5).clamp(Vec2::ZERO, Vec2::ONE)
+}
+
+/// Maps the unit square to directions about +z with density cosθ/π, θ from z (eq. 4).
+///
+/// `point` lies in [0, 1]²; the result has unit length and z ≥ 0. With this density cosθ/pdf is the constant π, so the
+/// gather of eq. 4 is a plain mean of the radiosities that the rays meet.
+///
+/// Method: Malley's: a uniform disk seen as the hemisphere's shadow.
+///
+/// Hint: the direction stands above the point of [`square_to_disk_concentric`]; Pythagoras gives its height, which
+/// rounding must not take below 0.
+pub fn square_to_cosine_hemisphere(point: Vec2) -> Vec3 {
+    let disk = square_to_disk_concentric(point);
+    disk.extend((1.0 - disk.length_squared()).max(0.0).sqrt())
+}
+
+/// The density of [`square_to_cosine_hemisphere`] [1/sr]: cosθ/π, and 0 below the horizon.
+///
+/// `direction` has unit length, z up.
+///
+/// Hint: the integral over the hemisphere must be 1; that of cosθ alone is π.
+pub fn cosine_hemisphere_pdf_solid_angle(direction: Vec3) -> f32 {
+    direction.z.max(0.0) * FRAC_1_PI
+}
+
+/// The inverse of [`square_to_cosine_hemisphere`]: a unit direction with z ≥ 0 to its point of the square.
+///
+/// Hint: the shadow on the disk is (x, y).
+pub fn cosine_hemisphere_to_square(direction: Vec3) -> Vec2 {
+    disk_to_square_concentric(direction.truncate())
+}

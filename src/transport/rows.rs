@@ -1,0 +1,232 @@
+//! T: the gather rays of every vertex (eq. 4), traced once and kept as sparse rows.
+//!
+//! One set of cosine-weighted rays a vertex serves all bounces. What a ray met is kept in 8 bytes: the element and
+//! the barycentric coordinates in it, in steps of 1/65535. Reflectance is not kept: it is read at each bounce, so it
+//! may change. A bounce is then E_{n+1} = T E_n: a sum over each row, with no ray traced.
+
+use glam::{UVec2, Vec2, Vec3};
+
+use super::{
+    lights::{FinderCounts, Lights, area_to_solid_angle},
+    origins::{VertexOrigins, origin_of_sample},
+};
+use crate::{
+    math::sequence::{Sampler, Sequence, Stream},
+    scene::{Scene, Tessellation, mesh::interpolate},
+    student::{cosine_hemisphere_pdf_solid_angle, form_basis, square_to_cosine_hemisphere},
+    trace::{Hit, Ray, RayTracer, SurfacePoint},
+};
+
+/// What one gather ray met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct RowEntry {
+    element: u32,
+    barycentric: [u16; 2],
+}
+
+/// The rows of a run of vertices.
+#[derive(Clone, Debug, Default)]
+pub struct RowChunk {
+    entries: Vec<RowEntry>,
+    /// For each vertex: where its entries end, and how many rays its value is the mean of (0 if it is buried).
+    rows: Vec<(u32, u32)>,
+    /// Rays that were traced for this chunk.
+    pub rays: u64,
+    /// Rays that needed no tracing: they start into their own surface.
+    pub skipped: u64,
+}
+
+impl RowChunk {
+    /// Bytes that the chunk occupies.
+    pub fn bytes(&self) -> usize {
+        self.entries.capacity() * size_of::<RowEntry>() + self.rows.capacity() * size_of::<(u32, u32)>()
+    }
+
+    /// Gives the rows' memory back and keeps the counts.
+    pub fn forget_rows(&mut self) {
+        (self.entries, self.rows) = Default::default();
+    }
+}
+
+/// What a row is traced and applied with.
+pub struct Transport<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Traces the gather rays.
+    pub tracer: &'a dyn RayTracer,
+    /// The elements.
+    pub tessellation: &'a Tessellation,
+    /// Where rays start.
+    pub origins: &'a VertexOrigins,
+    /// What shines: gather rays find a share of the emissive triangles' light.
+    pub lights: &'a Lights,
+    /// How that light is split.
+    pub finders: FinderCounts,
+    /// How directions are placed.
+    pub sampler: Sampler,
+    /// The solve's seed.
+    pub seed: u64,
+    /// Rays a vertex.
+    pub rays: u32,
+}
+
+/// Rays between two looks at the cancel flag.
+const RAYS_PER_LOOK: u32 = 4096;
+
+impl Transport<'_> {
+    /// Traces the rows of `vertices` and appends them to `chunk`. `receive` gets, for each vertex, the origins that are
+    /// not buried and the gather rays' share of direct irradiance from emissive triangles. Returns false if `is_cancelled` said so; the chunk then ends with the last whole row.
+    pub fn trace(
+        &self,
+        vertices: std::ops::Range<u32>,
+        chunk: &mut RowChunk,
+        is_cancelled: &dyn Fn() -> bool,
+        mut receive: impl FnMut(u32, &[SurfacePoint], Vec3),
+    ) -> bool {
+        let (mut origins, mut runs) = (Vec::new(), Vec::new());
+        for vertex in vertices {
+            self.origins.collect(self.scene, self.tessellation, vertex, &mut origins);
+            let start = chunk.entries.len();
+            runs.clear();
+            runs.resize(origins.len(), Run::default());
+            if !self.trace_row(vertex, &origins, chunk, &mut runs, is_cancelled) {
+                chunk.entries.truncate(start);
+                return false;
+            }
+            let kept = drop_buried(&mut chunk.entries, start, &mut origins, &runs);
+            chunk.rows.push((chunk.entries.len() as u32, kept.rays));
+            receive(vertex, &origins, kept.emission / kept.rays.max(1) as f32);
+        }
+        true
+    }
+
+    fn trace_row(
+        &self,
+        vertex: u32,
+        origins: &[SurfacePoint],
+        chunk: &mut RowChunk,
+        runs: &mut [Run],
+        is_cancelled: &dyn Fn() -> bool,
+    ) -> bool {
+        let Some(first) = origins.first() else {
+            return true;
+        };
+        let sequence = Sequence::new(self.sampler, self.seed, vertex, Stream::Hemisphere, self.rays);
+        let basis = form_basis(first.shading_normal);
+        for index in 0..self.rays {
+            if index % RAYS_PER_LOOK == 0 && is_cancelled() {
+                return false;
+            }
+            let place = origin_of_sample(index, self.rays, origins.len());
+            let direction = basis * square_to_cosine_hemisphere(sequence.sample_2d(index));
+            let run = &mut runs[place];
+            run.rays += 1;
+            let Some(ray) = origins[place].ray(direction) else {
+                chunk.skipped += 1;
+                continue;
+            };
+            chunk.rays += 1;
+            let Some(hit) = self.tracer.closest_hit(&ray) else { continue };
+            if !hit.front {
+                run.back_hits += 1;
+                continue;
+            }
+            run.emission += self.emission(&origins[place], &ray, &hit);
+            if self.reflects(hit.triangle) {
+                let (element, barycentric) = self.tessellation.locate(hit.triangle, hit.barycentric);
+                chunk.entries.push(RowEntry { element, barycentric: quantised(barycentric) });
+                run.entries += 1;
+            }
+        }
+        true
+    }
+
+    /// The gather rays' share of π L at an emissive hit: with cosine-weighted rays, L cosθ / pdf = π L.
+    fn emission(&self, from: &SurfacePoint, ray: &Ray, hit: &Hit) -> Vec3 {
+        let radiance = self.scene.material(hit.triangle).emitted_radiance;
+        if radiance.max_element() <= 0.0 {
+            return Vec3::ZERO;
+        }
+        let cosine_light = ray.direction.dot(self.scene.mesh.geometric_normal(hit.triangle)).abs();
+        let light_pdf = area_to_solid_angle(self.lights.emitters.pdf_area(radiance), hit.distance, cosine_light);
+        let gather_pdf = cosine_hemisphere_pdf_solid_angle(Vec3::Z * ray.direction.dot(from.shading_normal));
+        std::f32::consts::PI * self.finders.gather_share(gather_pdf, light_pdf) * radiance
+    }
+
+    /// False for a black material: what hits it is absorbed, and needs no entry.
+    fn reflects(&self, triangle: u32) -> bool {
+        self.scene.material(triangle).reflectance.max_element() > 0.0
+    }
+
+    /// One bounce: irradiance [W/m²] at each vertex of a chunk from the irradiance of the bounce before (eq. 4).
+    pub fn apply(&self, chunk: &RowChunk, previous: &[Vec3], mut receive: impl FnMut(usize, Vec3)) {
+        let mut start = 0;
+        for (index, &(end, rays)) in chunk.rows.iter().enumerate() {
+            let entries = &chunk.entries[start..end as usize];
+            start = end as usize;
+            let sum: Vec3 = entries.iter().map(|entry| self.radiosity(entry, previous)).sum();
+            receive(index, if rays == 0 { Vec3::ZERO } else { sum / rays as f32 });
+        }
+    }
+
+    /// B = ρ E at what a ray met (eq. 4), E by barycentric interpolation.
+    #[inline]
+    fn radiosity(&self, entry: &RowEntry, irradiance: &[Vec3]) -> Vec3 {
+        let element = entry.element as usize;
+        let barycentric = UVec2::from(entry.barycentric.map(u32::from)).as_vec2() / 65535.0;
+        let corners = self.tessellation.mesh.triangles[element].map(|vertex| irradiance[vertex as usize]);
+        let triangle = self.tessellation.scene_triangle[element];
+        let material = self.scene.material(triangle);
+        let reflectance = if material.reflectance_texture.is_some() {
+            let [a, b, c] = self.tessellation.corner_barycentrics[element];
+            self.scene.reflectance(triangle, a + barycentric.x * (b - a) + barycentric.y * (c - a))
+        } else {
+            material.reflectance
+        };
+        reflectance * interpolate(corners, barycentric)
+    }
+}
+
+/// The rays that left from one origin.
+#[derive(Clone, Copy, Debug, Default)]
+struct Run {
+    rays: u32,
+    back_hits: u32,
+    entries: u32,
+    emission: Vec3,
+}
+
+/// Takes buried origins, and their entries from `start` on, out of a row; returns the sum of the runs that are left.
+fn drop_buried(entries: &mut Vec<RowEntry>, start: usize, origins: &mut Vec<SurfacePoint>, runs: &[Run]) -> Run {
+    let is_buried = |run: &Run| 2 * run.back_hits > run.rays;
+    if runs.iter().any(is_buried) {
+        let (mut read, mut write) = (start, start);
+        for run in runs {
+            let next = read + run.entries as usize;
+            if !is_buried(run) {
+                entries.copy_within(read..next, write);
+                write += run.entries as usize;
+            }
+            read = next;
+        }
+        entries.truncate(write);
+        let mut index = 0;
+        origins.retain(|_| {
+            index += 1;
+            !is_buried(&runs[index - 1])
+        });
+    }
+    runs.iter().filter(|run| !is_buried(run)).fold(Run::default(), |sum, run| Run {
+        rays: sum.rays + run.rays,
+        back_hits: sum.back_hits + run.back_hits,
+        entries: sum.entries + run.entries,
+        emission: sum.emission + run.emission,
+    })
+}
+
+/// Barycentric coordinates in steps of 1/65535, inside the triangle.
+fn quantised(barycentric: Vec2) -> [u16; 2] {
+    let steps = (barycentric.clamp(Vec2::ZERO, Vec2::ONE) * 65535.0).round();
+    let u = steps.x as u16;
+    [u, (steps.y as u16).min(65535 - u)]
+}

@@ -1,0 +1,207 @@
+//! The ray tracer against brute force, against itself, and against rays aimed at edges.
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+use std::{path::PathBuf, sync::Arc};
+
+use glam::{DVec3, Vec3};
+use obvhs::BvhBuildParams;
+use radiosity::{
+    scene::{LoadOptions, Scene, load},
+    trace::{Hit, Ray, RayTracer, SurfacePoint, Tracer, bvh::DEFAULT_BUILD, surface::free_ray},
+};
+use rand::{RngExt, SeedableRng, rngs::SmallRng};
+use rayon::prelude::*;
+
+const SCENES: [&str; 10] = [
+    "cornell/cornell",
+    "atrium/atrium",
+    "bleeding/bleeding",
+    "tests/furnace-30/furnace-30",
+    "tests/furnace-50/furnace-50",
+    "tests/furnace-80/furnace-80",
+    "tests/furnace-95/furnace-95",
+    "tests/parallel-plates/parallel-plates",
+    "tests/perpendicular-plates/perpendicular-plates",
+    "tests/sphere-in-box/sphere-in-box",
+];
+
+fn scene(name: &str) -> Arc<Scene> {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.obj"));
+    Arc::new(load::load(&path, &LoadOptions::default()).unwrap())
+}
+
+fn random_unit(generator: &mut SmallRng) -> Vec3 {
+    loop {
+        let candidate = Vec3::from_array(generator.random::<[f32; 3]>()) * 2.0 - 1.0;
+        if (0.01..=1.0).contains(&candidate.length_squared()) {
+            return candidate.normalize();
+        }
+    }
+}
+
+/// Rays from points in and around the scene's box into all directions, some of them along an axis (with components
+/// of +0 and -0).
+fn random_rays(seed: u64, count: usize) -> Vec<Ray> {
+    let mut generator = SmallRng::seed_from_u64(seed);
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
+    let mut ray = |index: usize| {
+        let origin = (Vec3::from_array(generator.random::<[f32; 3]>()) * 2.0 - 1.0) * 1.2;
+        let direction = random_unit(&mut generator);
+        free_ray(origin, if index % 10 == 0 { axes[index / 10 % 6] } else { direction })
+    };
+    (0..count).map(&mut ray).collect()
+}
+
+/// Distances at which a ray meets each triangle, by Möller and Trumbore (1997) in f64: another method than the tracer's.
+fn brute_force(scene: &Scene, ray: &Ray) -> Vec<(f64, u32)> {
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let meet = |triangle: u32| {
+        let [a, b, c] = scene.mesh.corners(triangle).map(|corner| corner.as_dvec3());
+        let (edge_b, edge_c): (DVec3, DVec3) = (b - a, c - a);
+        let cross = direction.cross(edge_c);
+        let determinant = edge_b.dot(cross);
+        let to_origin = origin - a;
+        let u = to_origin.dot(cross) / determinant;
+        let around = to_origin.cross(edge_b);
+        let v = direction.dot(around) / determinant;
+        let distance = edge_c.dot(around) / determinant;
+        (u >= -1e-7 && v >= -1e-7 && u + v <= 1.0 + 1e-7 && distance > 0.0).then_some((distance, triangle))
+    };
+    (0..scene.mesh.triangles.len() as u32).filter_map(meet).collect()
+}
+
+#[test]
+fn closest_hits_agree_with_brute_force_on_every_scene_for_100_000_rays() {
+    for name in SCENES {
+        let scene = scene(name);
+        if scene.materials.iter().any(|material| material.opacity_texture.is_some()) {
+            // Brute force here knows no cut-outs: compare with them closed.
+            let mut closed = (*scene).clone();
+            closed.materials.iter_mut().for_each(|material| material.opacity_texture = None);
+            agree_with_brute_force(name, Arc::new(closed));
+        } else {
+            agree_with_brute_force(name, scene);
+        }
+    }
+}
+
+fn agree_with_brute_force(name: &str, scene: Arc<Scene>) {
+    let tracer = Tracer::new(Arc::clone(&scene));
+    // Where two triangles lie within the rounding of f32 of each other, either answer is right.
+    let tolerance = 4e-6;
+    random_rays(11, 100_000).par_iter().for_each(|ray| {
+        let all = brute_force(&scene, ray);
+        let nearest = all.iter().map(|(distance, _)| *distance).fold(f64::INFINITY, f64::min);
+        match tracer.closest_hit(ray) {
+            None => {
+                assert!(nearest == f64::INFINITY || is_grazing(&scene, ray, &all), "{name}: {ray:?} missed {all:?}")
+            }
+            Some(hit) => {
+                let distance = f64::from(hit.distance);
+                let found = all.iter().any(|(other, id)| *id == hit.triangle && (other - distance).abs() < tolerance);
+                assert!(
+                    found || is_grazing(&scene, ray, &[(0.0, hit.triangle)]),
+                    "{name}: {ray:?} hit {hit:?}, not {all:?}"
+                );
+                assert!(
+                    distance < nearest + tolerance || is_grazing(&scene, ray, &all),
+                    "{name}: {ray:?} hit {hit:?}, not {nearest}"
+                );
+                assert!(tracer.occluded(ray), "{name}: {ray:?} hits {hit:?} but is not occluded");
+            }
+        }
+    });
+}
+
+/// True if a ray meets one of these triangles nearly edge-on, where f32 distances lose their digits.
+fn is_grazing(scene: &Scene, ray: &Ray, hits: &[(f64, u32)]) -> bool {
+    hits.iter().any(|&(_, id)| scene.mesh.geometric_normal(id).dot(ray.direction).abs() < 1e-3)
+}
+
+#[test]
+fn all_builds_give_the_same_answers() {
+    let presets = [
+        DEFAULT_BUILD,
+        BvhBuildParams::fastest_build(),
+        BvhBuildParams::very_fast_build(),
+        BvhBuildParams::fast_build(),
+        BvhBuildParams::medium_build(),
+        BvhBuildParams::slow_build(),
+        BvhBuildParams::very_slow_build(),
+    ];
+    for name in ["cornell/cornell", "atrium/atrium", "tests/sphere-in-box/sphere-in-box"] {
+        let scene = scene(name);
+        let rays = random_rays(5, 20_000);
+        let answers = |preset| -> Vec<Option<Hit>> {
+            let tracer = Tracer::with_build(Arc::clone(&scene), preset);
+            rays.par_iter().map(|ray| tracer.closest_hit(ray)).collect()
+        };
+        let first = answers(presets[0]);
+        for preset in &presets[1..] {
+            assert!(first == answers(*preset), "{name}: {preset:?}");
+        }
+    }
+}
+
+#[test]
+fn no_ray_escapes_a_closed_scene_through_10_million_edges_and_vertices() {
+    for name in ["tests/furnace-50/furnace-50", "tests/sphere-in-box/sphere-in-box"] {
+        let scene = scene(name);
+        let tracer = Tracer::new(Arc::clone(&scene));
+        let triangle_count = scene.mesh.triangles.len() as u32;
+        let escaped: u64 = (0..10_000_u64)
+            .into_par_iter()
+            .map(|block| {
+                let mut generator = SmallRng::seed_from_u64(block);
+                let mut escaped = 0;
+                for index in 0..1000 {
+                    let [a, b, _] = scene.mesh.corners(generator.random_range(0..triangle_count));
+                    let target = if index % 4 == 0 { a } else { a.lerp(b, generator.random()) };
+                    let origin = (Vec3::from_array(generator.random::<[f32; 3]>()) - 0.5) * 1.9;
+                    let ray = free_ray(origin, (target - origin).normalize());
+                    escaped += u64::from(tracer.closest_hit(&ray).is_none());
+                }
+                escaped
+            })
+            .sum();
+        assert_eq!(escaped, 0, "{name}");
+    }
+}
+
+#[test]
+fn a_ray_that_leaves_a_surface_does_not_meet_it_again_at_any_scale_or_place() {
+    let flat = scene("tests/furnace-50/furnace-50");
+    let tracer = Tracer::new(Arc::clone(&flat));
+    let mut generator = SmallRng::seed_from_u64(3);
+    for _ in 0..200_000 {
+        let triangle = generator.random_range(0..flat.mesh.triangles.len() as u32);
+        let [u, v] = generator.random::<[f32; 2]>();
+        let barycentric = if u + v <= 1.0 { glam::Vec2::new(u, v) } else { glam::Vec2::new(1.0 - u, 1.0 - v) };
+        let point = SurfacePoint::new(&flat, triangle, barycentric);
+        let Some(ray) = point.ray(random_unit(&mut generator)) else { continue };
+        let hit = tracer.closest_hit(&ray).unwrap();
+        assert!(hit.front, "from {point:?} along {ray:?}: {hit:?} is seen from behind");
+        let same_plane = flat.mesh.geometric_normal(hit.triangle).dot(point.geometric_normal) > 0.999;
+        assert!(!same_plane, "from {point:?} along {ray:?}: {hit:?} lies in the same wall");
+    }
+}
+
+#[test]
+fn a_two_sided_plate_is_hit_on_its_front_from_both_sides() {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("scenes/tests/parallel-plates/parallel-plates.obj");
+    let options = LoadOptions { two_sided: true, ..LoadOptions::default() };
+    let scene = Arc::new(load::load(&path, &options).unwrap());
+    let tracer = Tracer::new(Arc::clone(&scene));
+    for ray in random_rays(8, 10_000) {
+        let Some(hit) = tracer.closest_hit(&ray) else { continue };
+        assert!(hit.front);
+        assert!(scene.mesh.geometric_normal(hit.triangle).dot(ray.direction) < 0.0);
+        let expected = ray.origin + hit.distance * ray.direction;
+        assert!(scene.mesh.position(hit.triangle, hit.barycentric).abs_diff_eq(expected, 1e-5));
+        let again = Ray { origin_triangle: hit.triangle, ..ray };
+        assert_ne!(
+            tracer.closest_hit(&again).map(|other| other.triangle % (scene.mesh.triangles.len() as u32 / 2)),
+            Some(hit.triangle % (scene.mesh.triangles.len() as u32 / 2))
+        );
+    }
+}
