@@ -45,16 +45,15 @@ fn column(model: &mut Model, base: DVec3, storey: &Storey) {
     let hollow = [[1.12, 0.26], [1.06, 0.31], [1.0, 0.36]];
     // Shaft: slightly swollen, to 84 % at the neck.
     let (foot, neck) = (0.36, height - 0.62);
-    let shaft: Vec<[f64; 2]> = (0..=5)
+    let shaft: Vec<[f64; 2]> = (0..=4)
         .map(|step| {
-            let share = f64::from(step) / 5.0;
+            let share = f64::from(step) / 4.0;
             [1.0 + 0.05 * share - 0.21 * share * share, foot + (neck - foot) * share]
         })
         .collect();
     let ring = [[0.84, neck], [0.97, neck + 0.03], [0.84, neck + 0.07]];
     let top = height - 0.18;
-    let bell =
-        [[0.84, neck + 0.07], [0.94, neck + 0.25], [1.2, top - 0.05], [half_plate / radius, top]];
+    let bell = [[0.84, neck + 0.07], [0.94, neck + 0.25], [1.2, top - 0.05], [half_plate / radius, top]];
     for profile in [&torus[..], &hollow, &shaft, &ring, &bell] {
         let scaled: Vec<[f64; 2]> = profile.iter().map(|[share, height]| [share * radius, *height]).collect();
         model.lathe(base, &scaled, segments);
@@ -73,6 +72,6 @@ fn pier(model: &mut Model, x: f64, storey: &Storey) {
         (0.36, storey.spring, storey.top),
     ] {
         let (low, high) = upright(half, from, to);
-        model.block(low, high, 0.45, &[]);
+        model.block(low, high, 0.9, &[]);
     }
 }
