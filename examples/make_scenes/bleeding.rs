@@ -9,13 +9,13 @@ use super::shapes::cells;
 
 const MTL: &str = "\
 newmtl white
-Kd 0.8 0.8 0.8
+Kd 0.66 0.66 0.66
 
 newmtl floor
-Kd 0.7 0.68 0.64
+Kd 0.6 0.6 0.6
 
 newmtl painted
-Kd 0.9 0.9 0.9
+Kd 0.95 0.95 0.95
 map_Kd bleeding.png
 ";
 

@@ -146,18 +146,17 @@ pub(super) fn banner_hem(place: DVec2) -> DVec3 {
     DVec3::splat(if place.y > hem { 1.0 } else { 0.0 })
 }
 
-/// The bold wall, 10 by 6 squares: rings of quarter circles, red to the left, blue in the middle, green to the right.
+/// The bold wall, 10 by 6 squares: rings of quarter circles, red and orange in its left half, blue in its right.
 pub(super) fn bold_wall(place: DVec2) -> DVec3 {
-    const COLOURS: [[u32; 3]; 3] =
-        [[0xd3202a, 0xa8121c, 0xee6a35], [0x1b4fc2, 0x12307f, 0x3f8fe0], [0x12863c, 0x0b5c2c, 0x63b53a]];
+    const COLOURS: [[u32; 3]; 2] = [[0xd3202a, 0xa8121c, 0xf07a2e], [0x1b4fc2, 0x12307f, 0x2f8fe6]];
     let scaled = place * DVec2::new(10.0, 6.0);
     let square = scaled.floor();
     let (x, y) = (square.x as i64, square.y as i64);
-    let shades = COLOURS[(x as usize * 3 / 10).min(2)];
+    let shades = COLOURS[usize::from(x >= 5)];
     let pick = |seed: i64| (hash(x + 16 * seed, y) * 3.0) as usize;
     let quarter = (hash(x + 64, y + 5) * 4.0) as u32;
     let radius = (scaled - square).distance(DVec2::new(f64::from(quarter & 1), f64::from(quarter >> 1)));
     let ground = pick(1);
-    let ring = if hash(x + 32, y) < 0.25 { 0xe8e2d4 } else { shades[(ground + 1 + pick(2) % 2) % 3] };
+    let ring = if hash(x + 32, y) < 0.15 { 0xf4ecd8 } else { shades[(ground + 1 + pick(2) % 2) % 3] };
     hex(if (0.4..0.9).contains(&radius) { ring } else { shades[ground] })
 }
