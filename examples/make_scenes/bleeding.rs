@@ -9,13 +9,13 @@ use super::shapes::cells;
 
 const MTL: &str = "\
 newmtl white
-Kd 0.8 0.8 0.8
+Kd 0.66 0.66 0.66
 
 newmtl floor
-Kd 0.7 0.68 0.64
+Kd 0.6 0.6 0.6
 
 newmtl painted
-Kd 0.9 0.9 0.9
+Kd 0.95 0.95 0.95
 map_Kd bleeding.png
 ";
 
@@ -31,7 +31,7 @@ pub(super) fn files() -> anyhow::Result<Vec<File>> {
     Ok(vec![
         File::text("bleeding/bleeding.obj", model.obj.text(comment, "bleeding.mtl")),
         File::text("bleeding/bleeding.mtl", MTL),
-        picture::png("bleeding/bleeding.png", [512, 512], picture::bold_wall)?,
+        picture::png("bleeding/bleeding.png", [640, 384], picture::bold_wall)?,
     ])
 }
 
@@ -46,13 +46,13 @@ fn room(model: &mut Model) {
     model.obj.object("floor");
     model.obj.material("floor");
     model.rectangle(DVec3::ZERO, length, width, CELL);
-    // The painted wall, x = 0: one square of the pattern is 0.6 m wide, so the picture 2.4 m.
+    // The painted wall, x = 0, seen with its left end at z = 5.
     model.obj.object("painted_wall");
     model.obj.material("painted");
     model.textured_patch(
         [cells(SIZE.z, CELL), cells(SIZE.y, CELL)],
         |u, v| (1.0 - u) * length + v * height,
-        |u, v| DVec2::new(u * SIZE.z, v * SIZE.y) / 2.4,
+        DVec2::new,
     );
 }
 

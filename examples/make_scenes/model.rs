@@ -30,6 +30,21 @@ impl Model {
         self.quads(cells, position, |u, v| Some(texcoord(u, v)));
     }
 
+    /// One polygon of a surface over [0, 1]², by its corners' (u, v); counter-clockwise there is counter-clockwise
+    /// from the front.
+    pub(super) fn polygon(&mut self, corners: &[[f64; 2]], position: impl Fn(f64, f64) -> DVec3) {
+        let corners: Vec<Corner> = corners.iter().map(|[u, v]| self.corner(&position, [*u, *v], None)).collect();
+        self.obj.face(&corners);
+    }
+
+    fn corner(&self, position: &impl Fn(f64, f64) -> DVec3, [u, v]: [f64; 2], texcoord: Option<DVec2>) -> Corner {
+        Corner {
+            position: self.frame.transform_point3(position(u, v)),
+            texcoord,
+            normal: Some(self.frame.transform_vector3(normal(position, u, v))),
+        }
+    }
+
     fn quads(
         &mut self,
         [columns, rows]: [usize; 2],
@@ -38,11 +53,7 @@ impl Model {
     ) {
         let corner = |column: usize, row: usize| {
             let (u, v) = (column as f64 / columns as f64, row as f64 / rows as f64);
-            Corner {
-                position: self.frame.transform_point3(position(u, v)),
-                texcoord: texcoord(u, v),
-                normal: Some(self.frame.transform_vector3(normal(&position, u, v))),
-            }
+            self.corner(&position, [u, v], texcoord(u, v))
         };
         let corners: Vec<Vec<Corner>> =
             (0..=rows).map(|row| (0..=columns).map(|column| corner(column, row)).collect()).collect();

@@ -102,7 +102,7 @@ pub(super) fn masonry(place: DVec2) -> DVec3 {
 }
 
 /// The emblem in the middle of a banner: how far a place is inside of it, in units of its radius; below 0 outside.
-type Emblem = fn(DVec2) -> f64;
+pub(super) type Emblem = fn(DVec2) -> f64;
 
 pub(super) fn sun(place: DVec2) -> f64 {
     let (radius, angle) = (place.length(), place.y.atan2(place.x));
@@ -146,15 +146,17 @@ pub(super) fn banner_hem(place: DVec2) -> DVec3 {
     DVec3::splat(if place.y > hem { 1.0 } else { 0.0 })
 }
 
-/// The bold wall: quarter discs in primary colours, turned at random, on a coloured square each.
+/// The bold wall, 10 by 6 squares: rings of quarter circles, red and orange in its left half, blue in its right.
 pub(super) fn bold_wall(place: DVec2) -> DVec3 {
-    const COLOURS: [u32; 5] = [0xd8232a, 0x1c6fc4, 0xf2b705, 0x14924a, 0xe8e2d4];
-    let square = (place * 4.0).floor();
+    const COLOURS: [[u32; 3]; 2] = [[0xd3202a, 0xa8121c, 0xf07a2e], [0x1b4fc2, 0x12307f, 0x2f8fe6]];
+    let scaled = place * DVec2::new(10.0, 6.0);
+    let square = scaled.floor();
     let (x, y) = (square.x as i64, square.y as i64);
-    let pick = |seed: i64| COLOURS[(hash(x + 16 * seed, y) * 5.0) as usize];
+    let shades = COLOURS[usize::from(x >= 5)];
+    let pick = |seed: i64| (hash(x + 16 * seed, y) * 3.0) as usize;
     let quarter = (hash(x + 64, y + 5) * 4.0) as u32;
-    let corner = DVec2::new(f64::from(quarter & 1), f64::from(quarter >> 1));
-    let radius = (place * 4.0 - square).distance(corner);
-    let rings = [pick(1), if pick(2) == pick(1) { 0xe8e2d4 } else { pick(2) }];
-    hex(if radius < 0.4 || radius > 0.9 { rings[0] } else { rings[1] })
+    let radius = (scaled - square).distance(DVec2::new(f64::from(quarter & 1), f64::from(quarter >> 1)));
+    let ground = pick(1);
+    let ring = if hash(x + 32, y) < 0.15 { 0xf4ecd8 } else { shades[(ground + 1 + pick(2) % 2) % 3] };
+    hex(if (0.4..0.9).contains(&radius) { ring } else { shades[ground] })
 }

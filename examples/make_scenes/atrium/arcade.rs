@@ -8,9 +8,10 @@ use super::{BAND_EDGE, BAY, CORNICE_EDGE, HALF_WALL, KERB, KERB_EDGE, ROOF, STOR
 use crate::make_scenes::model::Model;
 use crate::make_scenes::shapes::mix;
 
-/// Quads along an arch, and from it to the top of the wall.
+/// Quads along an arch, and from it to the top of the wall on the sides of the court and of the gallery.
 const ALONG: usize = 12;
 const UP: usize = 3;
+const UP_BEHIND: usize = 2;
 /// The raised ring around an arch: its width and how far it stands out.
 const RING: f64 = 0.16;
 const RAISED: f64 = 0.05;
@@ -23,8 +24,8 @@ pub(super) fn arches(model: &mut Model, side: &Side, storey: &Storey) {
         let middle = DVec3::new(side.column_x(bay) + BAY / 2.0, storey.spring, 0.0);
         // The face to the court, then the one to the gallery, which runs the other way.
         model.obj.material("masonry");
-        wall_above_arch(model, middle, storey, |u| u, HALF_WALL);
-        wall_above_arch(model, middle, storey, |u| 1.0 - u, -HALF_WALL);
+        wall_above_arch(model, middle, storey, |u| u, HALF_WALL, UP);
+        wall_above_arch(model, middle, storey, |u| 1.0 - u, -HALF_WALL, UP_BEHIND);
         model.obj.material("moulding");
         ring(model, middle, storey.arch_radius);
     }
@@ -41,7 +42,7 @@ fn half_circle(share: f64) -> DVec2 {
     DVec2::new(cosine, sine)
 }
 
-fn wall_above_arch(model: &mut Model, middle: DVec3, storey: &Storey, along: impl Fn(f64) -> f64, z: f64) {
+fn wall_above_arch(model: &mut Model, middle: DVec3, storey: &Storey, along: impl Fn(f64) -> f64, z: f64, rows: usize) {
     let (radius, top) = (storey.arch_radius, storey.top - storey.spring);
     let texcoord = |point: DVec3| DVec2::new(point.x, point.y) / MASONRY;
     let above = |u: f64, v: f64| {
@@ -49,10 +50,10 @@ fn wall_above_arch(model: &mut Model, middle: DVec3, storey: &Storey, along: imp
         let on_top = DVec2::new(mix(-radius, radius, along(u)), top);
         middle + on_arch.lerp(on_top, v).extend(z)
     };
-    model.textured_patch([ALONG, UP], above, |u, v| texcoord(above(u, v)));
+    model.textured_patch([ALONG, rows], above, |u, v| texcoord(above(u, v)));
     for [left, right] in [[-BAY / 2.0, -radius], [radius, BAY / 2.0]] {
         let beside = |u: f64, v: f64| middle + DVec3::new(mix(left, right, along(u)), v * top, z);
-        model.textured_patch([1, UP], beside, |u, v| texcoord(beside(u, v)));
+        model.textured_patch([1, rows], beside, |u, v| texcoord(beside(u, v)));
     }
 }
 
@@ -71,8 +72,8 @@ fn roundel(model: &mut Model, centre: DVec3) {
     model.frame = outer_frame
         * glam::DAffine3::from_translation(centre)
         * glam::DAffine3::from_rotation_x(std::f64::consts::FRAC_PI_2);
-    model.lathe(DVec3::ZERO, &[[0.2, 0.0], [0.19, 0.03]], 12);
-    model.lathe(DVec3::ZERO, &[[0.19, 0.03], [0.1, 0.06], [0.0, 0.07]], 12);
+    model.lathe(DVec3::ZERO, &[[0.2, 0.0], [0.19, 0.03]], 10);
+    model.lathe(DVec3::ZERO, &[[0.19, 0.03], [0.1, 0.06], [0.0, 0.07]], 10);
     model.frame = outer_frame;
 }
 
@@ -80,7 +81,7 @@ fn roundel(model: &mut Model, centre: DVec3) {
 /// court where it rises.
 fn band(model: &mut Model, side: &Side, profile: &[[f64; 2]]) {
     let pieces = profile.len() - 1;
-    let columns = side.bays() * 6;
+    let columns = side.bays() * 5;
     model.patch([columns, pieces], |u, v| {
         let piece = ((v * pieces as f64) as usize).min(pieces - 1);
         let share = v * pieces as f64 - piece as f64;
@@ -109,7 +110,7 @@ pub(super) fn mouldings(model: &mut Model, side: &Side) {
 
 /// Rails and balusters between the upper columns.
 pub(super) fn balustrade(model: &mut Model, side: &Side) {
-    const BALUSTERS: usize = 6;
+    const BALUSTERS: usize = 5;
     model.obj.object("balustrade");
     model.obj.material("stone");
     for bay in 0..side.bays() {
@@ -117,7 +118,7 @@ pub(super) fn balustrade(model: &mut Model, side: &Side) {
         let [from, to] = [left + 0.2, left + BAY - 0.2];
         let box_between = |model: &mut Model, low: f64, high: f64, half: f64, hidden: &[DVec3]| {
             let hidden = [hidden, &[DVec3::X, DVec3::NEG_X]].concat();
-            model.block(DVec3::new(from, low, -half), DVec3::new(to, high, half), 0.5, &hidden);
+            model.block(DVec3::new(from, low, -half), DVec3::new(to, high, half), 0.9, &hidden);
         };
         box_between(model, UPPER_FLOOR, UPPER_FLOOR + 0.1, 0.12, &[DVec3::NEG_Y]);
         box_between(model, UPPER_FLOOR + 0.82, UPPER_FLOOR + 0.98, 0.13, &[]);

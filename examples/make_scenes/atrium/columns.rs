@@ -45,9 +45,9 @@ fn column(model: &mut Model, base: DVec3, storey: &Storey) {
     let hollow = [[1.12, 0.26], [1.06, 0.31], [1.0, 0.36]];
     // Shaft: slightly swollen, to 84 % at the neck.
     let (foot, neck) = (0.36, height - 0.62);
-    let shaft: Vec<[f64; 2]> = (0..=5)
+    let shaft: Vec<[f64; 2]> = (0..=4)
         .map(|step| {
-            let share = f64::from(step) / 5.0;
+            let share = f64::from(step) / 4.0;
             [1.0 + 0.05 * share - 0.21 * share * share, foot + (neck - foot) * share]
         })
         .collect();
@@ -72,6 +72,6 @@ fn pier(model: &mut Model, x: f64, storey: &Storey) {
         (0.36, storey.spring, storey.top),
     ] {
         let (low, high) = upright(half, from, to);
-        model.block(low, high, 0.45, &[]);
+        model.block(low, high, 0.9, &[]);
     }
 }

@@ -11,7 +11,7 @@ pub(super) fn court(model: &mut Model) {
     model.obj.object("court");
     model.obj.material("court_tiles");
     let reach = DVec3::new(HALF_LENGTH - KERB_EDGE, 0.0, HALF_WIDTH - KERB_EDGE);
-    model.tiled_rectangle(-reach, DVec3::Z * 2.0 * reach.z, DVec3::X * 2.0 * reach.x, 0.45, 2.7);
+    model.tiled_rectangle(-reach, DVec3::Z * 2.0 * reach.z, DVec3::X * 2.0 * reach.x, 0.44, 2.7);
     fountain(model);
     for side in [-1.0, 1.0] {
         for index in [-3.0, -1.0, 1.0, 3.0] {
@@ -68,7 +68,7 @@ fn plant(model: &mut Model, foot: DVec3) {
     model.lathe(foot, &[[0.045, 0.5], [0.04, 0.95]], 7);
     model.obj.material("leaves");
     let centre = foot + DVec3::Y * 1.25;
-    model.patch([14, 9], |u, v| {
+    model.patch([12, 8], |u, v| {
         let (sine, cosine) = (u * std::f64::consts::TAU).sin_cos();
         let (across, up) = (v * std::f64::consts::PI).sin_cos();
         let bumps = 1.0 + 0.05 * (8.0 * u * std::f64::consts::TAU).sin() * (9.0 * v).sin() * across;
@@ -105,7 +105,7 @@ fn cloth(model: &mut Model, top: DVec3, phase: f64) {
         let sway = 0.1 * (phase * 2.3).sin() * (1.0 - v) * (1.0 - v);
         top + DVec3::new((u - 0.5) * SIZE.x, (v - 1.0) * SIZE.y, fold + sway + shift)
     };
-    let cells = [10, 14];
+    let cells = [10, 12];
     model.textured_patch(cells, |u, v| at(u, v, THICKNESS), DVec2::new);
     model.textured_patch(cells, |u, v| at(1.0 - u, v, -THICKNESS), |u, v| DVec2::new(1.0 - u, v));
 }

@@ -12,13 +12,13 @@ use crate::make_scenes::model::Model;
 use crate::make_scenes::shapes::mix;
 
 /// Size of the cells of large surfaces [m].
-const CELL: f64 = 0.65;
+const CELL: f64 = 0.8;
 /// Width of the arches across the gallery, and how far below the vault they reach.
 const RIB: f64 = 2.0 * HALF_WALL;
 const RIB_DROP: f64 = 0.14;
 /// Rise of the vault, and quads from the middle of a bay to its edge.
 const RISE: f64 = 1.4;
-const WEB: usize = 4;
+const WEB: i32 = 5;
 
 /// A flat ring around the court, this side's share of it: from `edge` (towards the court) back to `back`. Repeats its
 /// picture every `period` metres; faces down if `down`.
@@ -69,7 +69,7 @@ pub(super) fn walls(model: &mut Model, side: &Side) {
     model.obj.object("outer_wall");
     model.obj.material("masonry");
     let corner = DVec3::new(outer, 0.0, -OUTSIDE);
-    model.tiled_rectangle(corner, DVec3::NEG_X * 2.0 * outer, DVec3::Y * ROOF, 1.6, 1.6);
+    model.tiled_rectangle(corner, DVec3::NEG_X * 2.0 * outer, DVec3::Y * ROOF, 2.5, 1.6);
 }
 
 /// Groin vaults over the ground floor's gallery, arches across it between them, and pilasters below those.
@@ -97,14 +97,23 @@ pub(super) fn vaults(model: &mut Model, side: &Side) {
 fn groin_vault(model: &mut Model, centre: DVec3, half: [f64; 2]) {
     for quarter in 0..4 {
         let (sine, cosine) = [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][quarter];
-        // The web towards +x in a unit square, turned by quarters: its barrel runs along x.
-        model.patch([2 * WEB, WEB], |u, v| {
+        // The web towards +x in a unit square, turned by quarters: its barrel runs along x. Both parameters are angles:
+        // u across the barrel, v from the middle of the bay outwards.
+        let web = |u: f64, v: f64| {
+            let (across, height) = ((1.0 - 2.0 * u) * FRAC_PI_2).sin_cos();
             let outwards = (v * FRAC_PI_2).sin();
-            let across = ((1.0 - 2.0 * u) * v * FRAC_PI_2).sin();
-            let height = RISE * (1.0 - across * across).max(0.0).sqrt();
             let (x, z) = (outwards * cosine - across * sine, outwards * sine + across * cosine);
-            centre + DVec3::new(x * half[0], height, z * half[1])
-        });
+            centre + DVec3::new(x * half[0], RISE * height, z * half[1])
+        };
+        // Row j has 2 j + 1 points: a triangle with its tip in the middle of the bay.
+        let at = |i: i32, j: i32| [0.5 + 0.5 * f64::from(i) / f64::from(WEB), f64::from(j) / f64::from(WEB)];
+        for j in 0..WEB {
+            for i in -j..j {
+                model.polygon(&[at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], web);
+            }
+            model.polygon(&[at(-j, j), at(-j, j + 1), at(-j - 1, j + 1)], web);
+            model.polygon(&[at(j, j), at(j + 1, j + 1), at(j, j + 1)], web);
+        }
     }
 }
 
@@ -116,9 +125,9 @@ fn rib(model: &mut Model, centre: DVec3, half_depth: f64) {
     };
     let low = RISE - RIB_DROP;
     let half = RIB / 2.0;
-    model.patch([10, 1], |u, v| at(mix(half, -half, v), u, low));
-    model.patch([10, 1], |u, v| at(half, 1.0 - u, mix(low, RISE, v)));
-    model.patch([10, 1], |u, v| at(-half, u, mix(low, RISE, v)));
+    model.patch([2 * WEB as usize, 1], |u, v| at(mix(half, -half, v), u, low));
+    model.patch([2 * WEB as usize, 1], |u, v| at(half, 1.0 - u, mix(low, RISE, v)));
+    model.patch([2 * WEB as usize, 1], |u, v| at(-half, u, mix(low, RISE, v)));
 }
 
 fn pilaster(model: &mut Model, x: f64, spring: f64) {
@@ -144,34 +153,31 @@ pub(super) fn upper_ceiling(model: &mut Model, side: &Side) {
     }
 }
 
-/// A door in every second bay of both storeys: a stone frame, two leaves and panels on them.
+/// A door in every third bay of both storeys: a stone frame, two leaves and panels on them.
 pub(super) fn doors(model: &mut Model, side: &Side) {
     model.obj.object("doors");
     for storey in &STOREYS {
         for bay in (0..side.bays()).filter(|bay| bay % 3 == 1) {
-            let foot = DVec2::new(side.column_x(bay) + BAY / 2.0, storey.floor);
-            let mut part = |x: [f64; 2], y: [f64; 2], depth: f64| {
-                let low = DVec3::new(foot.x + x[0], foot.y + y[0], -GALLERY);
-                let high = DVec3::new(foot.x + x[1], foot.y + y[1], depth - GALLERY);
-                model.block(low, high, CELL, &[DVec3::NEG_Z, DVec3::NEG_Y]);
-            };
-            part([-0.82, -0.64], [0.0, 2.4], 0.14);
-            part([0.64, 0.82], [0.0, 2.4], 0.14);
-            part([-0.9, 0.9], [2.4, 2.66], 0.2);
-            model.obj.material("wood");
-            let mut leaf = |x: [f64; 2], y: [f64; 2], depth: f64| {
-                let low = DVec3::new(foot.x + x[0], foot.y + y[0], -GALLERY);
-                let high = DVec3::new(foot.x + x[1], foot.y + y[1], depth - GALLERY);
-                model.block(low, high, CELL, &[DVec3::NEG_Z, DVec3::NEG_Y]);
-            };
-            leaf([-0.64, -0.01], [0.0, 2.4], 0.06);
-            leaf([0.01, 0.64], [0.0, 2.4], 0.06);
-            for [left, right] in [[-0.54, -0.11], [0.11, 0.54]] {
-                for [bottom, top] in [[0.2, 1.0], [1.2, 2.2]] {
-                    leaf([left, right], [bottom, top], 0.085);
-                }
-            }
-            model.obj.material("moulding");
+            door(model, DVec2::new(side.column_x(bay) + BAY / 2.0, storey.floor));
+        }
+    }
+}
+
+fn door(model: &mut Model, foot: DVec2) {
+    let part = |model: &mut Model, x: [f64; 2], y: [f64; 2], depth: f64| {
+        let low = DVec3::new(foot.x + x[0], foot.y + y[0], -GALLERY);
+        let high = DVec3::new(foot.x + x[1], foot.y + y[1], depth - GALLERY);
+        model.block(low, high, 1.2, &[DVec3::NEG_Z, DVec3::NEG_Y]);
+    };
+    model.obj.material("moulding");
+    part(model, [-0.82, -0.64], [0.0, 2.4], 0.14);
+    part(model, [0.64, 0.82], [0.0, 2.4], 0.14);
+    part(model, [-0.9, 0.9], [2.4, 2.66], 0.2);
+    model.obj.material("wood");
+    for [left, right] in [[-0.64, -0.01], [0.01, 0.64]] {
+        part(model, [left, right], [0.0, 2.4], 0.06);
+        for [bottom, top] in [[0.2, 1.0], [1.2, 2.2]] {
+            part(model, [left + 0.1, right - 0.1], [bottom, top], 0.085);
         }
     }
 }

@@ -110,9 +110,9 @@ pub(super) fn files() -> anyhow::Result<Vec<File>> {
         picture::png("atrium/masonry.png", [512, 512], picture::masonry)?,
         picture::png("atrium/banner_hem.png", [128, 384], picture::banner_hem)?,
     ];
-    let emblems: [(&str, u32, u32, fn(glam::DVec2) -> f64); 3] = [
+    let emblems: [(&str, u32, u32, picture::Emblem); 3] = [
         ("red", 0xa61e22, 0xe8b84a, picture::sun),
-        ("blue", 0x1f4aa0, 0xe6e0d0, picture::star),
+        ("blue", 0x1f3f8a, 0xe0b050, picture::star),
         ("green", 0x1e7a46, 0xecc75a, picture::leaf),
     ];
     for (name, cloth, thread, emblem) in emblems {
