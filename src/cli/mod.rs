@@ -6,6 +6,7 @@ pub mod export;
 pub mod files;
 pub mod probe;
 pub mod progress;
+pub mod render;
 
 /// How a command ended; errors (bad input) end with exit status 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
