@@ -118,13 +118,20 @@ impl Tracer {
     }
 }
 
+/// A ray for the tree. Adding 0 turns a component of -0 into +0: the tree's box test takes -0 for positive in one
+/// place and for negative in another, and would miss every box.
+fn tree_ray(ray: &Ray) -> obvhs::ray::Ray {
+    let direction = ray.direction + Vec3::ZERO;
+    obvhs::ray::Ray::new(ray.origin.into(), direction.into(), 0.0, ray.max_distance)
+}
+
 impl RayTracer for Tracer {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let tree = self.tree.as_ref()?;
         let sheared = ShearedRay::new(ray.origin, ray.direction);
         let excluded = self.excluded(ray.origin_triangle);
         let mut closest: Option<Hit> = None;
-        let tree_ray = obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.max_distance);
+        let tree_ray = tree_ray(ray);
         tree.ray_traverse(tree_ray, &mut RayHit::none(), |tree_ray, slot| {
             // Just beyond the nearest so far, to meet its ties: of equal distances the lowest triangle wins, so
             // that every build gives the same answer.
@@ -147,7 +154,7 @@ impl RayTracer for Tracer {
         };
         let sheared = ShearedRay::new(ray.origin, ray.direction);
         let excluded = self.excluded(ray.origin_triangle);
-        let tree_ray = obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.max_distance);
+        let tree_ray = tree_ray(ray);
         !tree.ray_traverse_miss(tree_ray, |tree_ray, slot| {
             let hit = self.intersect(&sheared, slot, tree_ray.tmax, excluded);
             hit.map_or(f32::INFINITY, |hit| hit.distance)
