@@ -64,9 +64,8 @@ impl DirectContext<'_> {
             }
         }
         if !self.lights.emitters.is_empty() {
-            sum += self.sum_over(vertex, origins, Stream::Emitters, |origin, point| {
-                self.from_emitters(origin, point, rays)
-            });
+            sum += self
+                .sum_over(vertex, origins, Stream::Emitters, |origin, point| self.from_emitters(origin, point, rays));
         }
         sum / self.light_rays as f32
     }

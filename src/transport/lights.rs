@@ -41,9 +41,11 @@ impl Lights {
     /// Power Φ = π L A that all lights emit [W per local unit²·m⁻²], summed over each band.
     pub fn emitted_power(&self, scene: &Scene) -> Vec3 {
         let placed = self.area_light.map_or(Vec3::ZERO, |light| light.radiance * light.area());
-        let emissive = self.emitters.triangles.iter().map(|&triangle| {
-            scene.material(triangle).emitted_radiance * scene.mesh.area(triangle)
-        });
+        let emissive = self
+            .emitters
+            .triangles
+            .iter()
+            .map(|&triangle| scene.material(triangle).emitted_radiance * scene.mesh.area(triangle));
         std::f32::consts::PI * (placed + emissive.sum::<Vec3>())
     }
 }
