@@ -9,7 +9,7 @@ use radiosity::{
     scene::{LocalFrame, Material, Mesh, Scene, area_light::AreaLightState},
     solver::{
         Solution, SolutionInfo, SolveSettings,
-        solution_file::{SolutionFileError, check_matches, decode, encode},
+        solution_file::{SolutionFileError, check_scene, check_tessellation, decode, encode},
     },
 };
 use safetensors::{Dtype, tensor::TensorView};
@@ -149,12 +149,12 @@ fn a_solution_of_another_scene_or_tessellation_is_refused_by_a_line_that_names_b
         warnings: Vec::new(),
     };
     let info = info();
-    let line = check_matches(&info, &scene, &info.tessellation_hash).unwrap_err().to_string();
+    let line = check_scene(&info, &scene).unwrap_err().to_string();
     assert!(line.contains("box (aaaaaaaaaaaa)") && line.contains("triangle") && line.contains(&scene.hash()[..12]));
-    let same_scene = SolutionInfo { scene_hash: scene.hash(), ..info };
-    let line = check_matches(&same_scene, &scene, "cccccccccccccccc").unwrap_err().to_string();
+    assert!(check_scene(&SolutionInfo { scene_hash: scene.hash(), ..info.clone() }, &scene).is_ok());
+    let line = check_tessellation(&info, "cccccccccccccccc").unwrap_err().to_string();
     assert!(line.contains("bbbbbbbbbbbb,") && line.contains("cccccccccccc;"), "{line}");
-    assert!(check_matches(&same_scene, &scene, &same_scene.tessellation_hash).is_ok());
+    assert!(check_tessellation(&info, &info.tessellation_hash).is_ok());
 }
 
 proptest! {

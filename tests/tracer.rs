@@ -39,14 +39,17 @@ fn random_unit(generator: &mut SmallRng) -> Vec3 {
     }
 }
 
-/// Rays from points in and around the scene's box into all directions.
+/// Rays from points in and around the scene's box into all directions, some of them along an axis (with components
+/// of +0 and -0).
 fn random_rays(seed: u64, count: usize) -> Vec<Ray> {
     let mut generator = SmallRng::seed_from_u64(seed);
-    let mut ray = || {
+    let axes = [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z];
+    let mut ray = |index: usize| {
         let origin = (Vec3::from_array(generator.random::<[f32; 3]>()) * 2.0 - 1.0) * 1.2;
-        free_ray(origin, random_unit(&mut generator))
+        let direction = random_unit(&mut generator);
+        free_ray(origin, if index % 10 == 0 { axes[index / 10 % 6] } else { direction })
     };
-    (0..count).map(|_| ray()).collect()
+    (0..count).map(&mut ray).collect()
 }
 
 /// Distances at which a ray meets each triangle, by Möller and Trumbore (1997) in f64: another method than the tracer's.

@@ -8,9 +8,11 @@ pub mod monitor;
 pub mod settings;
 pub mod solution;
 pub mod solution_file;
+pub mod state;
 
 pub use gather::{Problem, SolveReport, solve};
 pub use job::Job;
 pub use monitor::{Message, Monitor, Progress, Stage};
 pub use settings::SolveSettings;
 pub use solution::{Solution, SolutionInfo};
+pub use state::State;

@@ -152,29 +152,38 @@ pub fn decode(bytes: &[u8]) -> Result<Solution, SolutionFileError> {
     Ok(solution)
 }
 
-/// Refuses a solution that was not computed on these elements of this scene.
+/// Refuses a solution that was not computed for this scene.
 ///
 /// # Errors
 /// A line that names the scene of the solution and the one given.
-pub fn check_matches(info: &SolutionInfo, scene: &Scene, tessellation_hash: &str) -> Result<(), SolutionFileError> {
+pub fn check_scene(info: &SolutionInfo, scene: &Scene) -> Result<(), SolutionFileError> {
     let scene_hash = scene.hash();
-    if info.scene_hash != scene_hash {
-        return Err(SolutionFileError::OtherScene {
-            solved: info.scene_name.clone(),
-            solved_hash: short(&info.scene_hash),
-            given: scene.name.clone(),
-            given_hash: short(&scene_hash),
-        });
+    if info.scene_hash == scene_hash {
+        return Ok(());
     }
-    if info.tessellation_hash != tessellation_hash {
-        return Err(SolutionFileError::OtherTessellation {
-            scene: scene.name.clone(),
-            solved_hash: short(&info.tessellation_hash),
-            given_hash: short(tessellation_hash),
-            version: info.program_version.clone(),
-        });
+    Err(SolutionFileError::OtherScene {
+        solved: info.scene_name.clone(),
+        solved_hash: short(&info.scene_hash),
+        given: scene.name.clone(),
+        given_hash: short(&scene_hash),
+    })
+}
+
+/// Refuses a solution that was not computed on these elements; the scene is checked first, by [`check_scene`], since
+/// another scene could take very long to cut.
+///
+/// # Errors
+/// A line that names both tessellations.
+pub fn check_tessellation(info: &SolutionInfo, tessellation_hash: &str) -> Result<(), SolutionFileError> {
+    if info.tessellation_hash == tessellation_hash {
+        return Ok(());
     }
-    Ok(())
+    Err(SolutionFileError::OtherTessellation {
+        scene: info.scene_name.clone(),
+        solved_hash: short(&info.tessellation_hash),
+        given_hash: short(tessellation_hash),
+        version: info.program_version.clone(),
+    })
 }
 
 /// The array of a name, if it has the type that it should have.
