@@ -1,3 +1,9 @@
 //! The `radiosity` program: arguments in, exit status out.
 
-fn main() {}
+use std::process::ExitCode;
+
+use radiosity::cli;
+
+fn main() -> ExitCode {
+    cli::main()
+}

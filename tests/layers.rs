@@ -3,8 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-const LAYERS: [&str; 9] =
-    ["math", "scene", "trace", "student", "transport", "solver", "render", "check", "cli"];
+const LAYERS: [&str; 9] = ["math", "scene", "trace", "student", "transport", "solver", "render", "check", "cli"];
 
 fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -47,7 +46,8 @@ fn imported_modules(text: &str) -> Vec<String> {
 
 #[test]
 fn the_reader_of_imports_sees_single_and_grouped_imports() {
-    let text = "use crate::math::color;\nuse crate::{\n  scene::{Mesh, Scene},\n  trace,\n};\nlet x = crate::check::y();";
+    let text =
+        "use crate::math::color;\nuse crate::{\n  scene::{Mesh, Scene},\n  trace,\n};\nlet x = crate::check::y();";
     assert_eq!(imported_modules(text), ["math", "scene", "trace", "check"]);
 }
 

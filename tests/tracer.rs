@@ -93,12 +93,20 @@ fn agree_with_brute_force(name: &str, scene: Arc<Scene>) {
         let all = brute_force(&scene, ray);
         let nearest = all.iter().map(|(distance, _)| *distance).fold(f64::INFINITY, f64::min);
         match tracer.closest_hit(ray) {
-            None => assert!(nearest == f64::INFINITY || is_grazing(&scene, ray, &all), "{name}: {ray:?} missed {all:?}"),
+            None => {
+                assert!(nearest == f64::INFINITY || is_grazing(&scene, ray, &all), "{name}: {ray:?} missed {all:?}")
+            }
             Some(hit) => {
                 let distance = f64::from(hit.distance);
                 let found = all.iter().any(|(other, id)| *id == hit.triangle && (other - distance).abs() < tolerance);
-                assert!(found || is_grazing(&scene, ray, &[(0.0, hit.triangle)]), "{name}: {ray:?} hit {hit:?}, not {all:?}");
-                assert!(distance < nearest + tolerance || is_grazing(&scene, ray, &all), "{name}: {ray:?} hit {hit:?}, not {nearest}");
+                assert!(
+                    found || is_grazing(&scene, ray, &[(0.0, hit.triangle)]),
+                    "{name}: {ray:?} hit {hit:?}, not {all:?}"
+                );
+                assert!(
+                    distance < nearest + tolerance || is_grazing(&scene, ray, &all),
+                    "{name}: {ray:?} hit {hit:?}, not {nearest}"
+                );
                 assert!(tracer.occluded(ray), "{name}: {ray:?} hits {hit:?} but is not occluded");
             }
         }
@@ -191,7 +199,9 @@ fn a_two_sided_plate_is_hit_on_its_front_from_both_sides() {
         let expected = ray.origin + hit.distance * ray.direction;
         assert!(scene.mesh.position(hit.triangle, hit.barycentric).abs_diff_eq(expected, 1e-5));
         let again = Ray { origin_triangle: hit.triangle, ..ray };
-        assert_ne!(tracer.closest_hit(&again).map(|other| other.triangle % (scene.mesh.triangles.len() as u32 / 2)),
-            Some(hit.triangle % (scene.mesh.triangles.len() as u32 / 2)));
+        assert_ne!(
+            tracer.closest_hit(&again).map(|other| other.triangle % (scene.mesh.triangles.len() as u32 / 2)),
+            Some(hit.triangle % (scene.mesh.triangles.len() as u32 / 2))
+        );
     }
 }

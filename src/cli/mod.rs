@@ -4,8 +4,15 @@
 
 pub mod export;
 pub mod files;
+pub mod inspect;
 pub mod probe;
 pub mod progress;
+pub mod scene_args;
+pub mod solve;
+
+use std::process::ExitCode;
+
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 /// How a command ended; errors (bad input) end with exit status 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,4 +21,55 @@ pub enum Outcome {
     Done,
     /// Stopped by Ctrl-C, with the partial result kept: exit status 130.
     Cancelled,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  radiosity                                    solve the built-in Cornell box and write a picture
+  radiosity inspect scenes/atrium/atrium.obj   what is in a scene, and what was repaired
+  radiosity solve cornell --subdivide 5 --rays 1024 -o cornell.safetensors
+  radiosity render cornell cornell.safetensors --view indirect -o indirect.png
+  radiosity truth cornell --sample 256 -o truth.csv
+  radiosity compare cornell.safetensors truth.csv --scene cornell
+
+Exit status: 0 done, 2 bad input, 130 cancelled by Ctrl-C with the partial result kept.";
+
+/// Learn, compute and compare diffuse global illumination.
+#[derive(Debug, Parser)]
+#[command(version, about, after_long_help = EXAMPLES, after_help = "`--help` shows examples.")]
+struct Cli {
+    /// Without a command, the built-in Cornell box is solved and a picture of it written.
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Solve a scene: direct light, then bounces of gathering, per vertex.
+    Solve(Box<solve::SolveArgs>),
+    /// Tell what is in a scene, and what was repaired.
+    Inspect(inspect::InspectArgs),
+}
+
+/// Reads the program's arguments and runs the command. Errors are printed as one line.
+pub fn main() -> ExitCode {
+    let matches = Cli::command().get_matches();
+    let outcome = Cli::from_arg_matches(&matches).map_err(anyhow::Error::from).and_then(|cli| {
+        let Some(command) = cli.command else {
+            anyhow::bail!("no command");
+        };
+        let flags = matches.subcommand().map_or(&matches, |(_, flags)| flags);
+        match command {
+            Command::Solve(args) => solve::run(&args, flags),
+            Command::Inspect(args) => inspect::run(&args),
+        }
+    });
+    match outcome {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Cancelled) => ExitCode::from(130),
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::from(2)
+        }
+    }
 }

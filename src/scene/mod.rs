@@ -5,8 +5,10 @@
 //! metres wide or far from zero. [`LocalFrame`] is the only way in and out.
 
 pub mod area_light;
+pub mod builtin;
 pub mod camera;
 pub mod error;
+pub mod inspect;
 pub mod load;
 pub mod local_frame;
 pub mod material;
@@ -16,7 +18,7 @@ pub mod reflectance;
 pub mod tessellate;
 pub mod texture;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 pub use area_light::AreaLight;
 pub use camera::Camera;
@@ -48,6 +50,14 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// The least and greatest coordinates of all vertices [m].
+    pub fn bounds_in_metres(&self) -> (DVec3, DVec3) {
+        let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let (low, high) =
+            self.mesh.positions.iter().fold(none, |(low, high), point| (low.min(*point), high.max(*point)));
+        (self.frame.point_to_metres(low), self.frame.point_to_metres(high))
+    }
+
     /// The material of a triangle.
     pub fn material(&self, triangle: u32) -> &Material {
         &self.materials[self.mesh.material_indices[triangle as usize] as usize]

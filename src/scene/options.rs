@@ -46,3 +46,20 @@ impl Default for LoadOptions {
         }
     }
 }
+
+impl LoadOptions {
+    /// What is wrong with the options, if anything: a value out of its range.
+    pub fn problem(&self) -> Option<String> {
+        let outside = |value: f32, low: f32, high: f32| !(low..=high).contains(&value);
+        if let Some(angle) = self.crease_angle.filter(|angle| outside(*angle, 0.0, 180.0)) {
+            return Some(format!("the crease angle {angle} is not between 0 and 180 degrees"));
+        }
+        if let Some(fraction) = self.weld.filter(|fraction| outside(*fraction, 0.0, 0.5)) {
+            return Some(format!("the weld distance {fraction} is not between 0 and 0.5 of the scene's size"));
+        }
+        if outside(self.reflectance_limit, 0.0, 1.0) {
+            return Some(format!("the reflectance limit {} is not between 0 and 1", self.reflectance_limit));
+        }
+        None
+    }
+}

@@ -7,10 +7,11 @@ use serde::{Deserialize, Serialize};
 use crate::math::color::srgb_to_linear;
 
 /// How a texture is read between its texel centres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TextureFilter {
     /// The nearest texel.
+    #[default]
     Nearest,
     /// The four texels around, weighted bilinearly.
     Bilinear,
@@ -70,11 +71,20 @@ impl Texture {
         self
     }
 
+    /// Brings all linear colour values down to `limit`; true if any texel is above it.
+    pub fn limit_values(&mut self, limit: f32) -> bool {
+        let exceeds = |texel: &[u8; 4]| texel[..3].iter().any(|&byte| self.linear[byte as usize] > limit);
+        let any = self.texels.iter().any(exceeds);
+        self.linear.iter_mut().for_each(|value| *value = value.min(limit));
+        any
+    }
+
     /// Adds all that a result depends on to a hash.
     pub fn hash_into(&self, hasher: &mut blake3::Hasher) {
         hasher.update(bytemuck::cast_slice(&self.size.to_array()));
         hasher.update(&[self.filter as u8]);
         hasher.update(bytemuck::cast_slice(&self.texels));
+        hasher.update(bytemuck::cast_slice(self.linear.as_slice()));
     }
 
     fn filtered(&self, texcoord: Vec2, value: impl Fn([u8; 4]) -> Vec4) -> Vec4 {

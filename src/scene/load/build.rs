@@ -1,0 +1,115 @@
+//! From repaired triangles to the mesh, in local units.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec2, Vec3};
+
+use super::normals::corner_normals;
+use super::obj::{Corner, Soup, Triangle};
+use super::{repair, weld};
+use crate::scene::{LoadOptions, LocalFrame, Mesh};
+
+/// Smaller scenes have areas that f32 cannot hold [m].
+const SMALLEST_SIZE: f64 = 1e-15;
+
+/// More triangles do not fit 32-bit numbers when each gets a second side.
+const MOST_TRIANGLES: usize = 1 << 29;
+
+/// A triangle's corners: index of the position, and unit shading normal.
+type ShadedCorners = [(u32, Vec3); 3];
+
+/// Puts triangles with area into local units, drops what repeats or vanishes there, and gives them normals.
+pub(super) fn build(
+    mut soup: Soup,
+    options: &LoadOptions,
+    warnings: &mut Vec<String>,
+) -> Result<(Mesh, LocalFrame), String> {
+    if soup.triangles.len() > MOST_TRIANGLES {
+        return Err(format!("{} triangles are more than the {MOST_TRIANGLES} that fit", soup.triangles.len()));
+    }
+    let size = |(minimum, maximum): (DVec3, DVec3)| (maximum - minimum).max_element();
+    if size(weld::bounds(&soup)) < SMALLEST_SIZE {
+        return Err(format!("the scene is only {:e} m wide", size(weld::bounds(&soup))));
+    }
+    if options.unit_size {
+        let factor = 1.0 / size(weld::bounds(&soup));
+        soup.positions.iter_mut().for_each(|position| *position *= factor);
+    }
+    let (minimum, maximum) = weld::bounds(&soup);
+    let frame = LocalFrame::of_bounds(minimum, maximum);
+    let positions = merge_equal_positions(&mut soup, &frame);
+    let before = soup.triangles.len();
+    soup.triangles.retain(|triangle| has_local_area(triangle, &positions));
+    repair::tell_dropped(before - soup.triangles.len(), "too thin for single precision", warnings);
+    repair::drop_duplicates(&mut soup.triangles, options.two_sided, warnings);
+    let exact = |position: &DVec3| (*position - frame.origin) / frame.metres_per_unit;
+    let points: Vec<DVec3> = soup.positions.iter().map(exact).collect();
+    let normals = corner_normals(&soup, &points, options.crease_angle, warnings);
+    Ok((assemble(&soup, &positions, &normals, options), frame))
+}
+
+/// Local positions. Triangles are changed to use the first of those that are equal in local single precision.
+fn merge_equal_positions(soup: &mut Soup, frame: &LocalFrame) -> Vec<Vec3> {
+    let to_local = |position: &DVec3| frame.point_to_local(*position) + Vec3::ZERO;
+    let positions: Vec<Vec3> = soup.positions.iter().map(to_local).collect();
+    let mut first = HashMap::with_capacity(positions.len());
+    let same: Vec<u32> = (0..positions.len() as u32)
+        .map(|id| *first.entry(positions[id as usize].to_array().map(f32::to_bits)).or_insert(id))
+        .collect();
+    for corner in soup.triangles.iter_mut().flat_map(|triangle| &mut triangle.corners) {
+        corner.position = same[corner.position as usize];
+    }
+    positions
+}
+
+fn has_local_area(triangle: &Triangle, positions: &[Vec3]) -> bool {
+    let [a, b, c] = triangle.position_ids().map(|id| positions[id as usize]);
+    let scaled_normal = (b - a).cross(c - a);
+    scaled_normal != Vec3::ZERO && scaled_normal.is_finite()
+}
+
+/// Numbers the vertices (position and normal) in the order in which triangles use them, and adds the second sides.
+fn assemble(soup: &Soup, positions: &[Vec3], normals: &[[DVec3; 3]], options: &LoadOptions) -> Mesh {
+    let turn = |[a, b, c]: ShadedCorners| [a, c, b].map(|(id, normal)| (id, Vec3::ZERO - normal));
+    let front = soup.triangles.iter().zip(normals).map(|(triangle, normals)| {
+        let corner = |place: usize| (triangle.corners[place].position, normals[place].as_vec3() + Vec3::ZERO);
+        let corners = [0, 1, 2].map(corner);
+        if options.flip { turn(corners) } else { corners }
+    });
+    let mut sides: Vec<ShadedCorners> = front.collect();
+    let mut material_indices: Vec<u32> = soup.triangles.iter().map(|triangle| triangle.material).collect();
+    let mut texcoords: Vec<[Vec2; 3]> = Vec::new();
+    if soup.has_texcoords {
+        let swap = |[a, b, c]: [Vec2; 3]| if options.flip { [a, c, b] } else { [a, b, c] };
+        texcoords.extend(soup.triangles.iter().map(|triangle| swap(corner_texcoords(soup, &triangle.corners))));
+    }
+    if options.two_sided {
+        let count = sides.len();
+        sides.extend_from_within(..);
+        sides[count..].iter_mut().for_each(|side| *side = turn(*side));
+        material_indices.extend_from_within(..);
+        texcoords.extend_from_within(..);
+        texcoords.iter_mut().skip(count).for_each(|corners| corners.swap(1, 2));
+    }
+    let mut mesh = Mesh { texcoords, material_indices, ..Default::default() };
+    let mut numbers = HashMap::with_capacity(positions.len());
+    mesh.triangles.reserve(sides.len());
+    for side in sides {
+        mesh.triangles.push(side.map(|(id, normal)| {
+            *numbers.entry((id, normal.to_array().map(f32::to_bits))).or_insert_with(|| {
+                mesh.positions.push(positions[id as usize]);
+                mesh.normals.push(normal);
+                mesh.positions.len() as u32 - 1
+            })
+        }));
+    }
+    mesh
+}
+
+/// A triangle's texture coordinates. Far from 0 they are moved there by whole repeats, which keeps their digits.
+fn corner_texcoords(soup: &Soup, corners: &[Corner; 3]) -> [Vec2; 3] {
+    let exact = corners.map(|corner| soup.texcoords[corner.texcoord as usize]);
+    let lowest = exact[0].min(exact[1]).min(exact[2]);
+    let repeats = if lowest.abs().max_element() > 1024.0 { lowest.floor() } else { glam::DVec2::ZERO };
+    exact.map(|texcoord| (texcoord - repeats).as_vec2())
+}
