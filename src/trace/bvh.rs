@@ -118,11 +118,23 @@ impl Tracer {
     }
 }
 
-/// A ray for the tree. Adding 0 turns a component of -0 into +0: the tree's box test takes -0 for positive in one
-/// place and for negative in another, and would miss every box.
+/// Tree units in a local unit, a power of two so that nothing is rounded. obvhs's box test passes over boxes that a ray
+/// leaves before t = 1e-4; in these units that is nearer than f32 can tell.
+const TREE_UNITS: f32 = 16_777_216.0;
+
+/// A ray for the tree, with its distances in [`TREE_UNITS`]. Adding 0 turns a component of -0 into +0: the box test
+/// takes -0 for positive in one place and for negative in another, and would miss every box.
 fn tree_ray(ray: &Ray) -> obvhs::ray::Ray {
     let direction = ray.direction + Vec3::ZERO;
-    obvhs::ray::Ray::new(ray.origin.into(), direction.into(), 0.0, ray.max_distance)
+    // A component of 0 must not become infinite, as infinity times 0 is no number.
+    let inverse = direction.map(|component| TREE_UNITS / component.abs().max(1e-12).copysign(component));
+    obvhs::ray::Ray {
+        origin: ray.origin.into(),
+        direction: direction.into(),
+        inv_direction: inverse.into(),
+        tmin: 0.0,
+        tmax: ray.max_distance * TREE_UNITS,
+    }
 }
 
 impl RayTracer for Tracer {
@@ -131,11 +143,11 @@ impl RayTracer for Tracer {
         let sheared = ShearedRay::new(ray.origin, ray.direction);
         let excluded = self.excluded(ray.origin_triangle);
         let mut closest: Option<Hit> = None;
-        let tree_ray = tree_ray(ray);
-        tree.ray_traverse(tree_ray, &mut RayHit::none(), |tree_ray, slot| {
+        tree.ray_traverse(tree_ray(ray), &mut RayHit::none(), |tree_ray, slot| {
             // Just beyond the nearest so far, to meet its ties: of equal distances the lowest triangle wins, so
             // that every build gives the same answer.
-            let reach = if closest.is_some() { tree_ray.tmax.next_up() } else { tree_ray.tmax };
+            let nearest = tree_ray.tmax / TREE_UNITS;
+            let reach = if closest.is_some() { nearest.next_up() } else { nearest };
             let Some(hit) = self.intersect(&sheared, slot, reach, excluded) else {
                 return f32::INFINITY;
             };
@@ -143,7 +155,7 @@ impl RayTracer for Tracer {
                 return f32::INFINITY;
             }
             closest = Some(hit);
-            hit.distance
+            hit.distance * TREE_UNITS
         });
         closest.map(|hit| self.on_its_side(hit))
     }
@@ -154,10 +166,9 @@ impl RayTracer for Tracer {
         };
         let sheared = ShearedRay::new(ray.origin, ray.direction);
         let excluded = self.excluded(ray.origin_triangle);
-        let tree_ray = tree_ray(ray);
-        !tree.ray_traverse_miss(tree_ray, |tree_ray, slot| {
-            let hit = self.intersect(&sheared, slot, tree_ray.tmax, excluded);
-            hit.map_or(f32::INFINITY, |hit| hit.distance)
+        !tree.ray_traverse_miss(tree_ray(ray), |_, slot| {
+            let hit = self.intersect(&sheared, slot, ray.max_distance, excluded);
+            if hit.is_some() { 0.0 } else { f32::INFINITY }
         })
     }
 }
