@@ -58,7 +58,7 @@ const PLY_FLOATS: [&str; 9] = ["x", "y", "z", "nx", "ny", "nz", "irradiance_r", 
 const PLY_COLOURS: [&str; 3] = ["red", "green", "blue"];
 const PLY_CORNERS: &str = "vertex_indices";
 
-/// Writes a binary PLY file: positions [m], normals, `red green blue` (radiosity through the tone map, 8 bits), and
+/// Writes a binary PLY file: positions in metres, normals, `red green blue` (radiosity through the tone map, 8 bits), and
 /// `irradiance_r`, `_g`, `_b` (all bounces, linear, W/m²). Numbers are f32, which all readers know: a mesh far from
 /// zero keeps fewer digits.
 pub fn write_ply(
@@ -155,7 +155,7 @@ impl PropertyAccess for PlyFace {
     }
 }
 
-/// Writes a table of the vertices: position [m], normal, the area it stands for [m²], whether it is buried (0 or 1),
+/// Writes a table of the vertices: position in metres, normal, the area it stands for [m²], whether it is buried (0 or 1),
 /// reflectance, and irradiance [W/m²] of each bounce (`direct`, `bounce1`, ...) and of all together (`total`).
 pub fn write_csv(
     writer: &mut dyn Write,

@@ -22,7 +22,7 @@ pub struct ProbeArgs {
     /// The scene; it is read with the options it was solved with.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// The points (CSV with the columns px,py,pz [m] and nx,ny,nz; others are ignored).
+    /// The points (CSV with the columns px,py,pz in metres and nx,ny,nz; others are ignored).
     #[arg(long, value_name = "FILE")]
     pub points: PathBuf,
     /// Where the points go with their direct and total irradiance [W/m²] (CSV). A point on no surface gets empty
@@ -86,9 +86,10 @@ pub struct ProbeCounts {
     pub off_surface: usize,
 }
 
-/// Reads points (CSV, [m]; the columns `px` to `nz` by name in any order, others ignored, lines that start with `#`
-/// too) and writes them with their irradiance, in their order. A point for which `irradiance_at` (position [m], normal)
-/// gives nothing gets empty fields: a 0 would pass for darkness. A quoted field must not hold a line break.
+/// Reads points (CSV, in metres; the columns `px` to `nz` by name in any order, others ignored, and lines that start
+/// with `#` too) and writes them with their irradiance, in their order. A point for which `irradiance_at` (position in
+/// metres, normal) gives nothing gets empty fields: a 0 would pass for darkness. A quoted field must not hold a line
+/// break.
 ///
 /// # Errors
 /// A missing column or a field that is not a finite number, with its line.
