@@ -10,7 +10,7 @@ use ply_rs_bw::{
     writer::Writer,
 };
 
-use super::{Outcome, files, render::ToneArgs, scene_args::SceneArgs};
+use super::{Outcome, files, render::ToneArgs};
 use crate::{
     math::color::ToneMap,
     scene::{Scene, Tessellation},
@@ -22,9 +22,11 @@ use crate::{
 pub struct ExportArgs {
     /// The solution.
     pub solution: PathBuf,
-    /// The scene; it is read with the options it was solved with.
-    #[command(flatten)]
-    pub scene: SceneArgs,
+    /// The scene: an OBJ file or `cornell`. It is read with the options that it was solved with.
+    pub scene: PathBuf,
+    /// State file (TOML) with a tone map, if not the one beside the scene.
+    #[arg(long, value_name = "FILE")]
+    pub state: Option<PathBuf>,
     /// Where the mesh (.ply) or the table of its vertices (.csv) goes.
     #[arg(short, long, value_name = "FILE")]
     pub output: PathBuf,
@@ -40,7 +42,8 @@ pub fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
     if !as_table && !extension.eq_ignore_ascii_case("ply") {
         bail!("{}: the name must end in .ply or .csv, which decides the format", args.output.display());
     }
-    let files::SolvedScene { solution, loaded, tessellation } = files::open_solved(&args.solution, &args.scene)?;
+    let files::SolvedScene { solution, loaded, tessellation } =
+        files::open_solved(&args.solution, &args.scene, args.state.as_deref())?;
     files::write_atomically(&args.output, |writer| {
         if as_table {
             write_csv(writer, &loaded.scene, &tessellation, &solution)
@@ -58,9 +61,9 @@ const PLY_FLOATS: [&str; 9] = ["x", "y", "z", "nx", "ny", "nz", "irradiance_r", 
 const PLY_COLOURS: [&str; 3] = ["red", "green", "blue"];
 const PLY_CORNERS: &str = "vertex_indices";
 
-/// Writes a binary PLY file: positions in metres, normals, `red green blue` (radiosity through the tone map, 8 bits), and
-/// `irradiance_r`, `_g`, `_b` (all bounces, linear, W/m²). Numbers are f32, which all readers know: a mesh far from
-/// zero keeps fewer digits.
+/// Writes a binary PLY file: positions in metres, normals, `red green blue` (radiosity through the tone map, 8 bits),
+/// and `irradiance_r`, `_g`, `_b` (all bounces, linear, W/m²). Numbers are f32, which all readers know: a mesh far
+/// from zero keeps fewer digits.
 pub fn write_ply(
     writer: &mut dyn Write,
     scene: &Scene,
@@ -155,8 +158,8 @@ impl PropertyAccess for PlyFace {
     }
 }
 
-/// Writes a table of the vertices: position in metres, normal, the area it stands for [m²], whether it is buried (0 or 1),
-/// reflectance, and irradiance [W/m²] of each bounce (`direct`, `bounce1`, ...) and of all together (`total`).
+/// Writes a table of the vertices: position in metres, normal, the area it stands for [m²], whether it is buried (0 or
+/// 1), reflectance, and irradiance [W/m²] of each bounce (`direct`, `bounce1`, ...) and of all together (`total`).
 pub fn write_csv(
     writer: &mut dyn Write,
     scene: &Scene,

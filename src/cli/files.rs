@@ -85,10 +85,13 @@ pub struct SolvedScene {
     pub tessellation: Tessellation,
 }
 
-/// Reads a solution and its scene.
-pub fn open_solved(path: &Path, scene: &SceneArgs) -> anyhow::Result<SolvedScene> {
+/// Reads a solution and its scene: an OBJ file or the name of a built-in scene, and a state file, if not the one beside
+/// the scene. The flags that say how a scene is read are not asked for: the solution knows them.
+pub fn open_solved(path: &Path, scene: &Path, state: Option<&Path>) -> anyhow::Result<SolvedScene> {
     let solution = read_solution(path)?;
-    let loaded = scene.load_as_solved(&solution.info.load)?;
+    let load = solution.info.load.clone();
+    let scene = SceneArgs { scene: scene.to_path_buf(), state: state.map(Path::to_path_buf), load };
+    let loaded = scene.load_as_solved(&scene.load)?;
     let tessellation = elements_of(path, &solution, &loaded.scene)?;
     Ok(SolvedScene { solution, loaded, tessellation })
 }

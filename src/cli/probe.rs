@@ -8,7 +8,7 @@ use csv::{ByteRecord, ReaderBuilder, Trim};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Outcome, files, scene_args::SceneArgs};
+use super::{Outcome, files};
 use crate::{
     scene::mesh,
     trace::{Tracer, locate::locate_point},
@@ -19,9 +19,8 @@ use crate::{
 pub struct ProbeArgs {
     /// The solution.
     pub solution: PathBuf,
-    /// The scene; it is read with the options it was solved with.
-    #[command(flatten)]
-    pub scene: SceneArgs,
+    /// The scene: an OBJ file or `cornell`. It is read with the options that it was solved with.
+    pub scene: PathBuf,
     /// The points (CSV with the columns px,py,pz in metres and nx,ny,nz; others are ignored).
     #[arg(long, value_name = "FILE")]
     pub points: PathBuf,
@@ -34,7 +33,7 @@ pub struct ProbeArgs {
 /// Runs the command.
 pub fn run(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     let table = files::read_bytes(&args.points)?;
-    let files::SolvedScene { solution, loaded, tessellation } = files::open_solved(&args.solution, &args.scene)?;
+    let files::SolvedScene { solution, loaded, tessellation } = files::open_solved(&args.solution, &args.scene, None)?;
     let scene = &loaded.scene;
     let tracer = Tracer::new(scene.clone());
     let total = solution.total();

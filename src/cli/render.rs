@@ -6,7 +6,7 @@ use anyhow::{anyhow, bail};
 use clap::Args;
 use image::{ExtendedColorType, ImageEncoder as _, codecs::png::PngEncoder};
 
-use super::{Outcome, files, scene_args::SceneArgs};
+use super::{Outcome, files};
 use crate::{
     math::color::{ToneCurve, ToneMap},
     render::{RenderSettings, Subject, View, render, view::VIEW_NAMES},
@@ -16,11 +16,13 @@ use crate::{
 /// Arguments of `radiosity render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// The scene; it is read with the options it was solved with.
-    #[command(flatten)]
-    pub scene: SceneArgs,
+    /// The scene: an OBJ file or `cornell`. It is read with the options that it was solved with.
+    pub scene: PathBuf,
     /// The solution.
     pub solution: PathBuf,
+    /// State file (TOML) with camera and tone map, if not the one beside the scene.
+    #[arg(long, value_name = "FILE")]
+    pub state: Option<PathBuf>,
     /// What is shown.
     #[arg(long, default_value_t = View::Radiosity, help = format!("What is shown: {VIEW_NAMES}"))]
     pub view: View,
@@ -65,7 +67,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         bail!("{}: pictures are written as PNG; end the name in .png", args.output.display());
     }
-    let solved = files::open_solved(&args.solution, &args.scene)?;
+    let solved = files::open_solved(&args.solution, &args.scene, args.state.as_deref())?;
     let scene = &solved.loaded.scene;
     let field = args.view.field(&solved.solution);
     let field = field.map_err(|problem| anyhow!("{}: {problem}", args.solution.display()))?;
