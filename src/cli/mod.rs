@@ -7,6 +7,7 @@ pub mod files;
 pub mod inspect;
 pub mod probe;
 pub mod progress;
+pub mod render;
 pub mod scene_args;
 pub mod solve;
 
