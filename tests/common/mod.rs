@@ -1,6 +1,17 @@
-//! What several test programs need.
+//! What several test programs need; each uses a part of it.
+#![expect(clippy::allow_attributes, reason = "which parts are unused differs from one test program to the next")]
+#![allow(dead_code)]
 
-use std::path::{Path, PathBuf};
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
+
+use radiosity::{
+    scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState, load},
+    solver::{Monitor, Problem, Solution, SolveReport, SolveSettings, solve},
+    trace::Tracer,
+};
 
 /// A file or folder of the shared test scenes, which lie beside the repository or where `RADIOSITY_SHARED` says.
 /// None, with the reason printed, if they are absent: then a test has nothing to look at.
@@ -12,4 +23,38 @@ pub fn shared(relative: &str) -> Option<PathBuf> {
     }
     println!("skipped: no {} (set RADIOSITY_SHARED to the folder of shared test scenes)", path.display());
     None
+}
+
+/// Reads one of the project's own scenes, such as `cornell/cornell`.
+pub fn own_scene(name: &str, options: &LoadOptions) -> Arc<Scene> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.obj"));
+    Arc::new(load::load(&path, options).unwrap_or_else(|error| panic!("{error}")))
+}
+
+/// A problem ready to be solved.
+pub fn problem(scene: &Arc<Scene>, light: Option<AreaLightState>, settings: SolveSettings) -> Problem {
+    let tessellation = Tessellation::new(scene, &settings.tessellation()).unwrap_or_else(|error| panic!("{error}"));
+    Problem {
+        scene: Arc::clone(scene),
+        tracer: Arc::new(Tracer::new(Arc::clone(scene))),
+        tessellation: Arc::new(tessellation),
+        load: LoadOptions::default(),
+        light,
+        settings,
+    }
+}
+
+/// Solves without watching.
+pub fn solve_unwatched(problem: &Problem) -> (Solution, SolveReport) {
+    solve(problem, &Monitor::new(problem.tessellation.mesh.positions.len(), None))
+}
+
+/// The light of the Cornell box, as its state has it.
+pub fn cornell_light() -> AreaLightState {
+    AreaLightState {
+        centre: [0.278, 0.5487, 0.2795],
+        u: [0.065, 0.0, 0.0],
+        v: [0.0, 0.0, 0.0525],
+        radiance: [18.4, 15.6, 8.0],
+    }
 }
