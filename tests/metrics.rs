@@ -15,6 +15,8 @@ fn fields() -> impl Strategy<Value = Vec<DVec3>> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
     #[test]
     fn a_field_scaled_by_a_factor_has_that_bias_whatever_the_unit(truth in fields(), factor in 0.5..2.0_f64) {
         let estimate: Vec<DVec3> = truth.iter().map(|value| factor * value).collect();

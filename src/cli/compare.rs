@@ -235,3 +235,100 @@ pub fn table(comparison: &Comparison) -> String {
 fn percent(fraction: f64) -> String {
     format!("{:>7.3} %", 100.0 * fraction)
 }
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+mod tests {
+    use super::*;
+    use crate::{
+        check::surface_points::{area_uniform_points, truth_point},
+        scene::{Tessellation, load::load},
+        solver::{SolutionInfo, SolveSettings},
+    };
+
+    const OBJ: &str = "v 0 0 0\nv 0 0 2\nv 2 0 2\nv 2 0 0\nv 0 2 0\nf 1 2 3 4\nf 1 5 2\n";
+
+    /// A folder with a scene, a solution of direct 1 and bounce 2 everywhere, and a truth of direct 1 and total 4.
+    fn files_of_known_error() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        std::fs::write(at("scene.obj"), OBJ).unwrap();
+        let scene = load(&at("scene.obj"), &LoadOptions::default()).unwrap();
+        let settings = SolveSettings { subdivide: 2, ..SolveSettings::default() };
+        let tessellation = Tessellation::new(&scene, &settings.tessellation()).unwrap();
+        let constant = |value: f32| vec![Vec3::splat(value); tessellation.mesh.positions.len()];
+        let info = SolutionInfo {
+            scene_name: scene.name.clone(),
+            scene_hash: scene.hash(),
+            tessellation_hash: tessellation.hash(),
+            load: LoadOptions::default(),
+            settings,
+            light: None,
+            program_version: String::from("test"),
+            complete: true,
+        };
+        let solution =
+            Solution { info, bounces: vec![constant(1.0), constant(2.0)], buried: vec![false; constant(0.0).len()] };
+        files::write_solution(&at("a.safetensors"), &solution).unwrap();
+        let other = Solution { bounces: vec![constant(1.0), constant(1.5)], ..solution };
+        files::write_solution(&at("b.safetensors"), &other).unwrap();
+        let points: Vec<_> =
+            area_uniform_points(&scene, 50, 1).into_iter().map(|place| truth_point(&scene, place)).collect();
+        let value = TruthValue { direct: DVec3::ONE, total: DVec3::splat(4.0), ..TruthValue::default() };
+        let truth = TruthFile { comments: Vec::new(), values: Some(vec![value; points.len()]), points };
+        truth_file::write(&truth, std::fs::File::create(at("truth.csv")).unwrap()).unwrap();
+        let alone = TruthFile { values: None, ..truth };
+        truth_file::write(&alone, std::fs::File::create(at("points.csv")).unwrap()).unwrap();
+        folder
+    }
+
+    fn compare_in(folder: &tempfile::TempDir, a: &str, b: &str, with_scene: bool) -> anyhow::Result<Comparison> {
+        let at = |name: &str| folder.path().join(name);
+        compare(&CompareArgs { a: at(a), b: at(b), scene: with_scene.then(|| at("scene.obj")), json: false })
+    }
+
+    #[test]
+    fn a_solution_against_a_truth_has_the_error_that_was_put_in() {
+        let folder = files_of_known_error();
+        let found = compare_in(&folder, "a.safetensors", "truth.csv", true).unwrap();
+        let all = found.errors.all;
+        assert_eq!((all.point_count, found.off_surface), (50, 0));
+        assert!((all.total.relative_l2 - 0.25).abs() < 1e-6 && (all.total.bias + 0.25).abs() < 1e-6);
+        assert!(all.direct.relative_l2 < 1e-6 && (all.indirect.relative_l2 - 0.25).abs() < 1e-6);
+        assert!(table(&found).contains("25.000 %"));
+    }
+
+    #[test]
+    fn two_solutions_are_compared_by_vertex_and_bounce() {
+        let folder = files_of_known_error();
+        let found = compare_in(&folder, "a.safetensors", "b.safetensors", false).unwrap();
+        assert!((found.errors.all.total.bias - 0.2).abs() < 1e-6); // 3 against 2.5
+        assert_eq!(found.bounces.len(), 2);
+        assert!(found.bounces[0].relative_l2 == 0.0 && (found.bounces[1].relative_l2 - 0.2).abs() < 1e-6);
+        let json: serde_json::Value = serde_json::to_value(&found).unwrap();
+        assert!(json["errors"]["lit"]["total"]["relative_l2"].is_number());
+    }
+
+    #[test]
+    fn files_that_cannot_be_compared_are_refused_in_one_line() {
+        let folder = files_of_known_error();
+        let refusal = |a: &str, b: &str, with_scene| {
+            let line = format!("{:#}", compare_in(&folder, a, b, with_scene).unwrap_err());
+            assert!(!line.contains('\n'), "{line}");
+            line
+        };
+        assert!(refusal("a.safetensors", "truth.csv", false).contains("--scene"));
+        assert!(refusal("truth.csv", "a.safetensors", true).contains("second"));
+        assert!(refusal("a.safetensors", "points.csv", true).contains("points alone"));
+        assert!(refusal("a.safetensors", "missing.csv", true).contains("missing.csv"));
+        std::fs::write(folder.path().join("scene.obj"), OBJ.replace("v 2 0 2", "v 2 0 3")).unwrap();
+        assert!(refusal("a.safetensors", "truth.csv", true).contains("a.safetensors"));
+    }
+
+    #[test]
+    fn a_truth_agrees_with_itself() {
+        let folder = files_of_known_error();
+        let found = compare_in(&folder, "truth.csv", "truth.csv", false).unwrap();
+        assert_eq!(found.agreement.map(|agreement| agreement.largest), Some(0.0));
+    }
+}

@@ -139,3 +139,53 @@ fn truth_value(estimate: &PointEstimate) -> TruthValue {
         standard_error: estimate.total.standard_error,
     }
 }
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+mod tests {
+    use clap::{Command, FromArgMatches as _};
+
+    use super::*;
+    use crate::check::closed_form::polygon_irradiance;
+
+    /// Runs the command as it is typed.
+    fn truth(words: &[&str]) -> anyhow::Result<Outcome> {
+        let matches =
+            TruthArgs::augment_args(Command::new("truth")).try_get_matches_from([&["truth"], words].concat())?;
+        run(&TruthArgs::from_arg_matches(&matches)?, &matches)
+    }
+
+    #[test]
+    fn points_are_sampled_computed_and_computed_again_from_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name).display().to_string();
+        std::fs::write(at("floor.obj"), "v 0 0 0\nv 0 0 2\nv 2 0 2\nv 2 0 0\nf 1 2 3 4\n").unwrap();
+        let light = ["--light-centre", "1,1.5,1", "--light-u", "0.5,0,0", "--light-v", "0,0,0.25"];
+        let light = [&light[..], &["--light-radiance", "8,4,2", "--samples", "400", "--quiet"]].concat();
+        let (scene, first, second) = (at("floor.obj"), at("first.csv"), at("second.csv"));
+        truth(&[&[scene.as_str(), "--sample", "20", "-o", &first], &light[..]].concat()).unwrap();
+        truth(&[&[scene.as_str(), "--points", &first, "-o", &second], &light[..]].concat()).unwrap();
+        for path in [&first, &second] {
+            let file = truth_file::read(path.as_ref()).unwrap();
+            assert!(file.comments[1].contains("1,1.5,1 0.5,0,0 0,0,0.25 0,-1,0 8,4,2"), "{:?}", file.comments);
+            let values = file.values.unwrap();
+            assert_eq!(values.len(), 20);
+            for (point, value) in file.points.iter().zip(values) {
+                let corners = [[0.5, 0.75], [1.5, 0.75], [1.5, 1.25], [0.5, 1.25]];
+                let corners = corners.map(|[x, z]| glam::Vec3::new(x, 1.5, z));
+                let radiance = glam::Vec3::new(8.0, 4.0, 2.0);
+                let position = point.position.as_vec3();
+                let expected = polygon_irradiance(position, glam::Vec3::Y, &corners, radiance).as_dvec3(); // eq. 6
+                let allowed = 4.5 * value.standard_error + 1e-5;
+                assert!((value.total - expected).abs().cmple(allowed).all(), "{value:?}, expected {expected}");
+                assert_eq!((value.direct, value.bounce1), (value.total, glam::DVec3::ZERO)); // a floor alone
+            }
+        }
+    }
+
+    #[test]
+    fn words_that_cannot_be_done_are_refused() {
+        assert!(truth(&["cornell", "-o", "out.csv"]).is_err(), "neither points nor a count");
+        assert!(truth(&["cornell", "--sample", "1", "--samples", "1", "-o", "out.csv"]).is_err());
+    }
+}
