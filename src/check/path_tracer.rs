@@ -256,7 +256,7 @@ mod tests {
         let points: Vec<_> = (0..12).map(|id| SurfacePoint::new(&scene, id, Vec2::new(0.2, 0.3))).collect();
         let direct = 2.0 * std::f64::consts::PI;
         for bounces in [0, 1, 2, 12] {
-            let path_tracer = PathTracer::new(&*scene, &tracer, None, settings(500, bounces));
+            let path_tracer = PathTracer::new(&scene, &tracer, None, settings(500, bounces));
             for found in path_tracer.estimate_all(&points, |_| ()) {
                 assert_within(found.direct, direct, 4.0, "direct");
                 assert_within(found.total, furnace_irradiance(direct, 0.6, bounces), 4.0, "total"); // eq. 5
@@ -279,7 +279,7 @@ mod tests {
             radiance: Vec3::new(1.0, 2.0, 3.0),
         };
         assert!(light.normal().y < 0.0);
-        let path_tracer = PathTracer::new(&*scene, &tracer, Some(&light), settings(4000, 0));
+        let path_tracer = PathTracer::new(&scene, &tracer, Some(&light), settings(4000, 0));
         for (index, position) in [[0.0, -0.5, 0.0], [0.1, 0.29, 0.0], [0.4, 0.2, 0.1]].into_iter().enumerate() {
             for normal in [Vec3::Y, Vec3::new(-0.6, 0.8, 0.0)] {
                 let position = Vec3::from_array(position);
@@ -308,7 +308,7 @@ mod tests {
         let tracer = Tracer::new(scene.clone());
         let points: Vec<_> = (0..12).map(|id| SurfacePoint::new(&scene, id, Vec2::new(0.2, 0.3))).collect();
         let run = |threads, seed| {
-            let path_tracer = PathTracer::new(&*scene, &tracer, None, PathSettings { samples: 20, bounces: 4, seed });
+            let path_tracer = PathTracer::new(&scene, &tracer, None, PathSettings { samples: 20, bounces: 4, seed });
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
             pool.map(|pool| pool.install(|| path_tracer.estimate_all(&points, |_| ()))).ok()
         };
