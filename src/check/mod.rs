@@ -6,4 +6,5 @@ mod emitters;
 pub mod jacobian;
 pub mod metrics;
 pub mod path_tracer;
+pub mod surface_points;
 pub mod truth_file;

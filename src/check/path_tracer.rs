@@ -75,9 +75,17 @@ impl<'a, R: RayTracer> PathTracer<'a, R> {
         }
     }
 
-    /// Irradiance at each point; the same bits on any number of threads.
-    pub fn estimate_all(&self, points: &[SurfacePoint]) -> Vec<PointEstimate> {
-        (0..points.len()).into_par_iter().map(|index| self.estimate(&points[index], index as u32)).collect()
+    /// Irradiance at each point; the same bits on any number of threads. `progress` is told now and then how many
+    /// points are done.
+    pub fn estimate_all(&self, points: &[SurfacePoint], mut progress: impl FnMut(usize)) -> Vec<PointEstimate> {
+        const BLOCK: usize = 512;
+        let mut estimates = Vec::with_capacity(points.len());
+        while estimates.len() < points.len() {
+            let block = estimates.len()..points.len().min(estimates.len() + BLOCK);
+            estimates.par_extend(block.into_par_iter().map(|index| self.estimate(&points[index], index as u32)));
+            progress(estimates.len());
+        }
+        estimates
     }
 
     /// Irradiance at one point; `index` tells its random numbers from those of other points.
@@ -129,12 +137,12 @@ impl<'a, R: RayTracer> PathTracer<'a, R> {
         if let Some(light) = &self.area_light {
             let sample = light.sample(generator);
             let is_visible = |ray: &_| !self.tracer.occluded(ray);
-            irradiance += self.from_light_point(point, &sample, is_visible);
+            irradiance += self.of_light_point(point, &sample, is_visible);
         }
         if let Some((triangle, sample)) = self.emissive.sample(generator) {
             // Visible where the ray, however long, meets this triangle first: no margin that could hide or show
             // what lies close to it.
-            irradiance += self.from_light_point(point, &sample, |ray| {
+            irradiance += self.of_light_point(point, &sample, |ray| {
                 let unlimited = crate::trace::Ray { max_distance: f32::INFINITY, ..*ray };
                 self.tracer.closest_hit(&unlimited).is_some_and(|hit| hit.triangle == triangle)
             });
@@ -142,7 +150,8 @@ impl<'a, R: RayTracer> PathTracer<'a, R> {
         irradiance
     }
 
-    fn from_light_point(
+    /// Direct irradiance by one sampled point.
+    fn of_light_point(
         &self,
         point: &SurfacePoint,
         sample: &LightPoint,
@@ -247,8 +256,8 @@ mod tests {
         let points: Vec<_> = (0..12).map(|id| SurfacePoint::new(&scene, id, Vec2::new(0.2, 0.3))).collect();
         let direct = 2.0 * std::f64::consts::PI;
         for bounces in [0, 1, 2, 12] {
-            let path_tracer = PathTracer::new(&*scene, &tracer, None, settings(500, bounces));
-            for found in path_tracer.estimate_all(&points) {
+            let path_tracer = PathTracer::new(&scene, &tracer, None, settings(500, bounces));
+            for found in path_tracer.estimate_all(&points, |_| ()) {
                 assert_within(found.direct, direct, 4.0, "direct");
                 assert_within(found.total, furnace_irradiance(direct, 0.6, bounces), 4.0, "total"); // eq. 5
                 let bounce1 = if bounces >= 1 { 0.6 * direct } else { 0.0 };
@@ -270,7 +279,7 @@ mod tests {
             radiance: Vec3::new(1.0, 2.0, 3.0),
         };
         assert!(light.normal().y < 0.0);
-        let path_tracer = PathTracer::new(&*scene, &tracer, Some(&light), settings(4000, 0));
+        let path_tracer = PathTracer::new(&scene, &tracer, Some(&light), settings(4000, 0));
         for (index, position) in [[0.0, -0.5, 0.0], [0.1, 0.29, 0.0], [0.4, 0.2, 0.1]].into_iter().enumerate() {
             for normal in [Vec3::Y, Vec3::new(-0.6, 0.8, 0.0)] {
                 let position = Vec3::from_array(position);
@@ -299,9 +308,9 @@ mod tests {
         let tracer = Tracer::new(scene.clone());
         let points: Vec<_> = (0..12).map(|id| SurfacePoint::new(&scene, id, Vec2::new(0.2, 0.3))).collect();
         let run = |threads, seed| {
-            let path_tracer = PathTracer::new(&*scene, &tracer, None, PathSettings { samples: 20, bounces: 4, seed });
+            let path_tracer = PathTracer::new(&scene, &tracer, None, PathSettings { samples: 20, bounces: 4, seed });
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-            pool.map(|pool| pool.install(|| path_tracer.estimate_all(&points))).ok()
+            pool.map(|pool| pool.install(|| path_tracer.estimate_all(&points, |_| ()))).ok()
         };
         let one = run(1, 7);
         assert!(one.is_some());

@@ -60,3 +60,61 @@ fn faces_along(scene: &Scene, hit: &Hit, normal: Vec3) -> bool {
     const NEAR: f32 = 0.9;
     hit.front && scene.mesh.shading_normal(hit.triangle, hit.barycentric).dot(normal) > NEAR
 }
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::{
+        scene::{LoadOptions, load::load_from_memory},
+        trace::Tracer,
+    };
+
+    /// A floor, a sheet a hair above it, and the floor's own underside; around them a frame 2 wide.
+    fn sheets() -> Arc<Scene> {
+        let mut obj = String::new();
+        for (y, order) in [(0.0, "1 4 3 2"), (0.0, "5 6 7 8"), (0.00004, "9 12 11 10")] {
+            for (x, z) in [(-1, -1), (1, -1), (1, 1), (-1, 1)] {
+                obj += &format!("v {x} {y} {z}\n");
+            }
+            obj += &format!("f {order}\n");
+        }
+        obj += "v -1 -0.3 -1\nv 1 -0.3 -1\nv 1 0.9 -1\nv -1 0.9 -1\nf 13 14 15 16\n";
+        Arc::new(load_from_memory("sheets", &obj, "", &LoadOptions::default()).unwrap())
+    }
+
+    #[test]
+    fn of_sheets_that_lie_on_each_other_the_one_that_faces_along_the_normal_is_found() {
+        let scene = sheets();
+        let tracer = Tracer::new(scene.clone());
+        for (y, normal) in [(0.0, Vec3::Y), (0.0, Vec3::NEG_Y), (0.00004, Vec3::Y)] {
+            for x in [-0.9, -0.31, 0.0, 0.4] {
+                let position = scene.frame.point_to_local(glam::DVec3::new(x, y, 0.123));
+                let (triangle, barycentric) = locate_point(&tracer, &scene, position, normal).unwrap();
+                assert!(scene.mesh.geometric_normal(triangle).dot(normal) > 0.99, "{y} {normal}");
+                let apart = scene.mesh.position(triangle, barycentric).distance(position);
+                assert!(apart < 1e-6, "{y} {normal} {x}: {apart} away");
+            }
+        }
+        // The upper sheet has no underside: seen from below, its only face is taken for want of a better one.
+        let under = scene.frame.point_to_local(glam::DVec3::new(0.2, 0.00004, 0.1));
+        assert!(locate_point(&tracer, &scene, under, Vec3::NEG_Y).is_some());
+    }
+
+    #[test]
+    fn points_beside_the_mesh_are_found_up_to_a_thousandth_and_no_further() {
+        let scene = sheets();
+        let tracer = Tracer::new(scene.clone());
+        let wall = scene.frame.point_to_local(glam::DVec3::new(0.2, 0.5, -1.0));
+        for offset in [0.0, 3e-6, -3e-5, 5e-4, -9e-4] {
+            for normal in [Vec3::Z, Vec3::new(0.1, -0.2, 1.0).normalize()] {
+                let found = locate_point(&tracer, &scene, wall + offset * Vec3::Z, normal);
+                let (triangle, barycentric) = found.unwrap();
+                assert!(scene.mesh.position(triangle, barycentric).distance(wall) < 4e-4, "{offset} {normal}");
+            }
+        }
+        assert_eq!(locate_point(&tracer, &scene, wall + 0.01 * Vec3::Z, Vec3::Z), None);
+    }
+}
