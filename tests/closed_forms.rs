@@ -38,7 +38,7 @@ fn total_after(solution: &Solution, last: usize) -> Vec<Vec3> {
 #[test]
 fn furnaces_follow_equation_5_after_every_bounce() {
     for (name, reflectance) in [("furnace-30", 0.3), ("furnace-50", 0.5), ("furnace-80", 0.8), ("furnace-95", 0.95)] {
-        let scene = own_scene(&format!("tests/{name}/{name}"), &LoadOptions::default());
+        let scene = own_scene(&format!("tests/{name}"), &LoadOptions::default());
         let settings = SolveSettings { rays: 1024, light_rays: 64, bounces: Some(8), ..SolveSettings::default() };
         let problem = problem(&scene, None, settings);
         let (solution, report) = solve_unwatched(&problem);
@@ -68,7 +68,7 @@ fn plates_exchange_the_light_that_their_form_factors_say() {
         ("perpendicular-plates", perpendicular_squares_form_factor()),
     ];
     for (name, form_factor) in known {
-        let scene = own_scene(&format!("tests/{name}/{name}"), &LoadOptions::default());
+        let scene = own_scene(&format!("tests/{name}"), &LoadOptions::default());
         let emitter = scene.emissive_triangles().next().unwrap_or_else(|| panic!("{name}: nothing emits"));
         let emitter_normal = scene.mesh.geometric_normal(emitter);
         let settings =

@@ -111,7 +111,7 @@ fn a_surface_that_emits_shows_emission_and_reflection() {
 
 #[test]
 fn irradiance_between_vertices_is_linear() {
-    // E/π = (x + 1)/2, and the picture shows x from -1 to 1 from left to right: column i has its middle at (i + 1/2)/64.
+    // E/π = (x + 1)/2, and the picture shows x from -1 to 1 from left to right; column i is centred at (i + 1/2)/64.
     let scene = squares(&[(0.0, true)]);
     let image = picture(&scene, View::Direct, None, |position| Vec3::splat(0.5 * PI * (position.x + 1.0)));
     for (column, row, pixel) in image.enumerate_pixels() {

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use glam::Vec3;
 use proptest::{prelude::*, sample::Index, test_runner::RngSeed};
 use radiosity::{
-    scene::{LocalFrame, Material, Mesh, Scene, area_light::AreaLightState},
+    scene::{LoadOptions, LocalFrame, Material, Mesh, Scene, area_light::AreaLightState},
     solver::{
         Solution, SolutionInfo, SolveSettings,
         solution_file::{SolutionFileError, check_scene, check_tessellation, decode, encode},
@@ -19,6 +19,7 @@ fn info() -> SolutionInfo {
         scene_name: String::from("box"),
         scene_hash: "a".repeat(64),
         tessellation_hash: "b".repeat(64),
+        load: LoadOptions { weld: Some(1e-7), two_sided: true, ..LoadOptions::default() },
         settings: SolveSettings { max_edge: Some(0.1 + 0.2), seed: u64::MAX, ..SolveSettings::default() },
         light: Some(AreaLightState { centre: [1.0 / 3.0, 1e-300, 5e17], ..AreaLightState::default() }),
         program_version: String::from("0.1.0"),

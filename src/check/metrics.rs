@@ -62,6 +62,12 @@ pub fn field_errors(estimate: Field, truth: Field) -> FieldErrors {
     FieldErrors { all: part_errors(estimate, truth, &all), lit: part_errors(estimate, truth, &lit) }
 }
 
+/// The errors of each bounce alone, relative to the mean of the true total; of the bounces that both have.
+pub fn bounce_errors(estimate: &[Vec<DVec3>], truth: &[Vec<DVec3>]) -> Vec<ErrorSummary> {
+    let mean_of_total = truth.iter().map(|bounce| mean_of_bands(bounce.iter().copied())).sum();
+    estimate.iter().zip(truth).map(|(estimate, truth)| summary(pairs(estimate, truth), mean_of_total)).collect()
+}
+
 /// Relative L2 difference of two fields: `sqrt(mean |a - b|²) / mean(b)`.
 pub fn relative_l2(estimate: &[DVec3], truth: &[DVec3]) -> f64 {
     summary(pairs(estimate, truth), mean_of_bands(truth.iter().copied())).relative_l2
@@ -177,6 +183,19 @@ mod tests {
         let bias = field_errors(Field { direct: &half, total: &brighter }, Field { direct: &half, total: &truth });
         assert!((bias.all.total.bias - 0.1).abs() < 1e-12);
         assert!((relative_l2(&estimate, &truth) - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_error_of_a_bounce_is_weighed_by_the_total() {
+        let constant = |value: f64| vec![DVec3::splat(value); 2];
+        let errors = bounce_errors(&[constant(3.0), constant(1.5), constant(9.0)], &[constant(3.0), constant(1.0)]);
+        assert_eq!(
+            errors,
+            [
+                ErrorSummary::default(),
+                ErrorSummary { relative_l2: 0.125, bias: 0.125, largest: 0.125 }, // 0.5 of 3 + 1
+            ]
+        );
     }
 
     #[test]

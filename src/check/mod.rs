@@ -2,6 +2,9 @@
 
 pub mod chi_square;
 pub mod closed_form;
+mod emitters;
 pub mod jacobian;
 pub mod metrics;
+pub mod path_tracer;
+pub mod surface_points;
 pub mod truth_file;

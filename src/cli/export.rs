@@ -1,28 +1,69 @@
 //! `radiosity export`: a solution as a mesh with vertex colours (PLY) or as a table (CSV).
 
-use std::{f32::consts::PI, io::Write};
+use std::{f32::consts::PI, io::Write, path::PathBuf};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
+use clap::Args;
 use glam::{Vec2, Vec3};
 use ply_rs_bw::{
     ply::{Addable as _, ElementDef, Encoding, Header, PropertyAccess, PropertyDef, PropertyType, ScalarType},
     writer::Writer,
 };
 
+use super::{Outcome, files, render::ToneArgs};
 use crate::{
     math::color::ToneMap,
     scene::{Scene, Tessellation},
     solver::Solution,
 };
 
+/// Arguments of `radiosity export`.
+#[derive(Clone, Debug, Args)]
+pub struct ExportArgs {
+    /// The solution.
+    pub solution: PathBuf,
+    /// The scene: an OBJ file or `cornell`. It is read with the options that it was solved with.
+    pub scene: PathBuf,
+    /// State file (TOML) with a tone map, if not the one beside the scene.
+    #[arg(long, value_name = "FILE")]
+    pub state: Option<PathBuf>,
+    /// Where the mesh (.ply) or the table of its vertices (.csv) goes.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// The tone map of the PLY's colours.
+    #[command(flatten)]
+    pub tone: ToneArgs,
+}
+
+/// Runs the command.
+pub fn run(args: &ExportArgs) -> anyhow::Result<Outcome> {
+    let extension = args.output.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    let as_table = extension.eq_ignore_ascii_case("csv");
+    if !as_table && !extension.eq_ignore_ascii_case("ply") {
+        bail!("{}: the name must end in .ply or .csv, which decides the format", args.output.display());
+    }
+    let files::SolvedScene { solution, loaded, tessellation } =
+        files::open_solved(&args.solution, &args.scene, args.state.as_deref())?;
+    files::write_atomically(&args.output, |writer| {
+        if as_table {
+            write_csv(writer, &loaded.scene, &tessellation, &solution)
+        } else {
+            write_ply(writer, &loaded.scene, &tessellation, &solution, &args.tone.over(loaded.tone_map))
+        }
+    })?;
+    let (vertices, faces) = (tessellation.mesh.positions.len(), tessellation.mesh.triangles.len());
+    eprintln!("{}: {vertices} vertices, {faces} triangles", args.output.display());
+    Ok(Outcome::Done)
+}
+
 /// The float properties of a vertex in the PLY file, in their order; the colour comes between normal and irradiance.
 const PLY_FLOATS: [&str; 9] = ["x", "y", "z", "nx", "ny", "nz", "irradiance_r", "irradiance_g", "irradiance_b"];
 const PLY_COLOURS: [&str; 3] = ["red", "green", "blue"];
 const PLY_CORNERS: &str = "vertex_indices";
 
-/// Writes a binary PLY file: positions [m], normals, `red green blue` (radiosity through the tone map, 8 bits), and
-/// `irradiance_r`, `_g`, `_b` (all bounces, linear, W/m²). Numbers are f32, which all readers know: a mesh far from
-/// zero keeps fewer digits.
+/// Writes a binary PLY file: positions in metres, normals, `red green blue` (radiosity through the tone map, 8 bits),
+/// and `irradiance_r`, `_g`, `_b` (all bounces, linear, W/m²). Numbers are f32, which all readers know: a mesh far
+/// from zero keeps fewer digits.
 pub fn write_ply(
     writer: &mut dyn Write,
     scene: &Scene,
@@ -117,8 +158,8 @@ impl PropertyAccess for PlyFace {
     }
 }
 
-/// Writes a table of the vertices: position [m], normal, the area it stands for [m²], whether it is buried (0 or 1),
-/// reflectance, and irradiance [W/m²] of each bounce (`direct`, `bounce1`, ...) and of all together (`total`).
+/// Writes a table of the vertices: position in metres, normal, the area it stands for in m², whether it is buried (0 or
+/// 1), reflectance, and irradiance [W/m²] of each bounce (`direct`, `bounce1`, ...) and of all together (`total`).
 pub fn write_csv(
     writer: &mut dyn Write,
     scene: &Scene,
@@ -186,4 +227,107 @@ fn vertex_materials(scene: &Scene, tessellation: &Tessellation) -> Vec<VertexMat
         }
     };
     sums.into_iter().map(mean).collect()
+}
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+mod tests {
+    use glam::DVec3;
+    use ply_rs_bw::{parser::Parser, ply::DefaultElement};
+
+    use super::*;
+    use crate::{
+        math::color::ToneCurve,
+        scene::{LoadOptions, LocalFrame, Material, Mesh, tessellate::TessellationOptions},
+        solver::{SolutionInfo, SolveSettings},
+    };
+
+    /// A triangle of reflectance (0.5, 0.5, 0) and a smaller one, half its area, that shines blue, at one vertex. A
+    /// local unit is 2 m, and the local origin lies at (10, 0, 0) m.
+    fn example() -> (Scene, Tessellation, Solution) {
+        let shared = [Vec3::ZERO, Vec3::X, Vec3::Y, Vec3::NEG_X, Vec3::Y * -0.5];
+        let mesh = Mesh {
+            positions: shared.to_vec(),
+            normals: vec![Vec3::Z; 5],
+            triangles: vec![[0, 1, 2], [0, 3, 4]],
+            texcoords: Vec::new(),
+            material_indices: vec![0, 1],
+        };
+        let grey = Material { reflectance: Vec3::new(0.5, 0.5, 0.0), ..Material::default() };
+        let lamp = Material {
+            reflectance: Vec3::new(0.2, 0.5, 0.0),
+            emitted_radiance: Vec3::new(0.0, 0.0, 0.75),
+            ..Material::default()
+        };
+        let frame = LocalFrame { origin: DVec3::X * 10.0, metres_per_unit: 2.0 };
+        let scene = Scene {
+            name: String::from("größe\n"),
+            mesh,
+            materials: vec![grey, lamp],
+            textures: Vec::new(),
+            frame,
+            two_sided: false,
+            warnings: Vec::new(),
+        };
+        let tessellation = Tessellation::new(&scene, &TessellationOptions { subdivide: 0, max_edge: None }).unwrap();
+        let info = SolutionInfo {
+            scene_name: scene.name.clone(),
+            scene_hash: scene.hash(),
+            tessellation_hash: tessellation.hash(),
+            load: LoadOptions::default(),
+            settings: SolveSettings::default(),
+            light: None,
+            program_version: String::new(),
+            complete: true,
+        };
+        let bounces = vec![vec![Vec3::new(0.75 * PI, 0.0, 0.0); 5], vec![Vec3::new(0.25 * PI, PI, 0.0); 5]];
+        let solution = Solution { info, bounces, buried: vec![false, false, true, false, false] };
+        (scene, tessellation, solution)
+    }
+
+    #[test]
+    fn a_ply_file_reads_back_with_metres_colours_and_irradiance() {
+        let (scene, tessellation, solution) = example();
+        let mut bytes = Vec::new();
+        let tone_map = ToneMap { curve: ToneCurve::Plain, ..ToneMap::default() };
+        write_ply(&mut bytes, &scene, &tessellation, &solution, &tone_map).unwrap();
+        let ply = Parser::<DefaultElement>::new().read_ply(&mut bytes.as_slice()).unwrap();
+        let float = |vertex: usize, name: &str| ply.payload["vertex"][vertex][name].to_f32_lossy().unwrap();
+        assert_eq!(["x", "y", "z", "nx", "ny", "nz"].map(|name| float(1, name)), [12.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(float(3, "irradiance_r"), PI);
+        assert_eq!(float(3, "irradiance_b"), 0.0);
+        // E ρ/π + L: (0.5, 0.5, 0) on grey; on the lamp (0.2, 0.5, 0.75); where they meet the mean by their areas,
+        // 2 : 1: (0.4, 0.5, 0.25). IEC 61966-2-1 codes 0.2, 0.25, 0.4, 0.5, 0.75 as 124, 137, 170, 188, 225.
+        let colour =
+            |vertex: usize| PLY_COLOURS.map(|name| ply.payload["vertex"][vertex][name].to_f32_lossy().unwrap());
+        assert_eq!(colour(1), [188.0, 188.0, 0.0]);
+        assert_eq!(colour(3), [124.0, 188.0, 225.0]);
+        assert_eq!(colour(0), [170.0, 188.0, 137.0]);
+        let face = |index: usize| ply.payload["face"][index][PLY_CORNERS].to_u32_list().unwrap();
+        assert_eq!([face(0), face(1)], [[0, 1, 2], [0, 3, 4]]);
+        assert_eq!(ply.payload["face"].len(), 2);
+    }
+
+    #[test]
+    fn a_table_has_a_row_a_vertex_with_areas_that_sum_to_the_scene() {
+        let (scene, tessellation, solution) = example();
+        let mut bytes = Vec::new();
+        write_csv(&mut bytes, &scene, &tessellation, &solution).unwrap();
+        let mut reader = csv::Reader::from_reader(bytes.as_slice());
+        let names = reader.headers().unwrap().clone();
+        let rows: Vec<Vec<f64>> = reader.deserialize::<Vec<f64>>().collect::<Result<_, _>>().unwrap();
+        let value = |row: usize, name: &str| rows[row][names.iter().position(|known| known == name).unwrap()];
+        assert_eq!(rows.len(), 5);
+        assert_eq!([value(1, "px"), value(2, "py"), value(2, "nz")], [12.0, 2.0, 1.0]);
+        assert_eq!([value(1, "buried"), value(2, "buried")], [0.0, 1.0]);
+        // Half of 2 m · 2 m, and half of 2 m · 1 m; a third of both at the vertex where they meet.
+        let area: f64 = (0..5).map(|row| value(row, "area")).sum();
+        assert!((area - 3.0).abs() < 1e-6 && (value(0, "area") - 1.0).abs() < 1e-6, "{area}");
+        assert!((value(0, "reflectance_r") - 0.4).abs() < 1e-6);
+        let pi = f64::from(PI);
+        for (name, expected) in [("direct_r", 0.75 * pi), ("bounce1_r", 0.25 * pi), ("bounce1_g", pi), ("total_r", pi)]
+        {
+            assert!((value(4, name) - expected).abs() < 1e-6, "{name}");
+        }
+    }
 }

@@ -8,6 +8,7 @@ use std::{
 
 use anyhow::{Context as _, anyhow};
 
+use super::scene_args::{LoadedScene, SceneArgs};
 use crate::{
     scene::{Scene, Tessellation},
     solver::{Solution, solution_file},
@@ -19,7 +20,7 @@ const BUFFER_SIZE: usize = 1 << 20;
 /// Writes a file under a temporary name in the same folder, then renames it: a file of this name is always whole, and
 /// an older one stays if anything fails. What is not a regular file (`/dev/stdout`, a pipe) is written to directly.
 pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
-    write_or_leave(path, write).with_context(|| format!("{}: cannot be written", path.display()))
+    write_or_leave(path, write).with_context(|| format!("{}: not written", path.display()))
 }
 
 fn write_or_leave(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
@@ -72,6 +73,27 @@ pub fn read_solution(path: &Path) -> anyhow::Result<Solution> {
 pub fn write_solution(path: &Path, solution: &Solution) -> anyhow::Result<()> {
     let bytes = solution_file::encode(solution).map_err(|problem| anyhow!("{}: {problem}", path.display()))?;
     write_atomically(path, |writer| Ok(writer.write_all(&bytes)?))
+}
+
+/// A solution with the scene and the elements that it belongs to.
+pub struct SolvedScene {
+    /// The solution.
+    pub solution: Solution,
+    /// The scene, read with the options it was solved with.
+    pub loaded: LoadedScene,
+    /// The elements that carry the solution.
+    pub tessellation: Tessellation,
+}
+
+/// Reads a solution and its scene: an OBJ file or the name of a built-in scene, and a state file, if not the one beside
+/// the scene. The flags that say how a scene is read are not asked for: the solution knows them.
+pub fn open_solved(path: &Path, scene: &Path, state: Option<&Path>) -> anyhow::Result<SolvedScene> {
+    let solution = read_solution(path)?;
+    let load = solution.info.load.clone();
+    let scene = SceneArgs { scene: scene.to_path_buf(), state: state.map(Path::to_path_buf), load };
+    let loaded = scene.load_as_solved(&scene.load)?;
+    let tessellation = elements_of(path, &solution, &loaded.scene)?;
+    Ok(SolvedScene { solution, loaded, tessellation })
 }
 
 /// Cuts a scene into the elements that a solution was computed on; `path` is the solution's, for errors.

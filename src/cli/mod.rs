@@ -2,13 +2,16 @@
 //!
 //! Each command is a file with its clap arguments and a `run` function that returns an [`Outcome`].
 
+pub mod compare;
 pub mod export;
 pub mod files;
 pub mod inspect;
 pub mod probe;
 pub mod progress;
+pub mod render;
 pub mod scene_args;
 pub mod solve;
+pub mod truth;
 
 use std::process::ExitCode;
 

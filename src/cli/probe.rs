@@ -1,11 +1,62 @@
 //! `radiosity probe`: irradiance from a solution at points of the surfaces.
 
-use std::{io::Write, ops::Range};
+use std::{io::Write, ops::Range, path::PathBuf};
 
-use anyhow::anyhow;
+use anyhow::{Context as _, anyhow};
+use clap::Args;
 use csv::{ByteRecord, ReaderBuilder, Trim};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+
+use super::{Outcome, files};
+use crate::{
+    scene::mesh,
+    trace::{Tracer, locate::locate_point},
+};
+
+/// Arguments of `radiosity probe`.
+#[derive(Clone, Debug, Args)]
+pub struct ProbeArgs {
+    /// The solution.
+    pub solution: PathBuf,
+    /// The scene: an OBJ file or `cornell`. It is read with the options that it was solved with.
+    pub scene: PathBuf,
+    /// The points (CSV with the columns px,py,pz in metres and nx,ny,nz; others are ignored).
+    #[arg(long, value_name = "FILE")]
+    pub points: PathBuf,
+    /// Where the points go with their direct and total irradiance [W/m²] (CSV). A point on no surface gets empty
+    /// fields.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(args: &ProbeArgs) -> anyhow::Result<Outcome> {
+    let table = files::read_bytes(&args.points)?;
+    let files::SolvedScene { solution, loaded, tessellation } = files::open_solved(&args.solution, &args.scene, None)?;
+    let scene = &loaded.scene;
+    let tracer = Tracer::new(scene.clone());
+    let total = solution.total();
+    let irradiance_at = |position: DVec3, normal: Vec3| {
+        let normal = Some(mesh::unit_or_zero(normal)).filter(|normal| *normal != Vec3::ZERO)?;
+        let (triangle, place) = locate_point(&tracer, scene, scene.frame.point_to_local(position), normal)?;
+        let (element, local) = tessellation.locate(triangle, place);
+        let corners = tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
+        let interpolated = |field: &[Vec3]| mesh::interpolate(corners.map(|vertex| field[vertex]), local);
+        Some(ProbedIrradiance { direct: interpolated(solution.direct()), total: interpolated(&total) })
+    };
+    let mut counts = ProbeCounts::default();
+    files::write_atomically(&args.output, |writer| {
+        counts = probe_table(&table, writer, irradiance_at).with_context(|| args.points.display().to_string())?;
+        Ok(())
+    })?;
+    let ProbeCounts { points, off_surface } = counts;
+    if off_surface > 0 {
+        eprintln!("warning: {off_surface} of {points} points lie on no surface; their irradiance is left empty");
+    }
+    eprintln!("{}: {points} points", args.output.display());
+    Ok(Outcome::Done)
+}
 
 /// What is read, and written again before the irradiance.
 const POINT_COLUMNS: [&str; 6] = ["px", "py", "pz", "nx", "ny", "nz"];
@@ -34,9 +85,10 @@ pub struct ProbeCounts {
     pub off_surface: usize,
 }
 
-/// Reads points (CSV, [m]; the columns `px` to `nz` by name in any order, others ignored, lines that start with `#`
-/// too) and writes them with their irradiance, in their order. A point for which `irradiance_at` (position [m], normal)
-/// gives nothing gets empty fields: a 0 would pass for darkness. A quoted field must not hold a line break.
+/// Reads points (CSV, in metres; the columns `px` to `nz` by name in any order, others ignored, and lines that start
+/// with `#` too) and writes them with their irradiance, in their order. A point for which `irradiance_at` (position in
+/// metres, normal) gives nothing gets empty fields: a 0 would pass for darkness. A quoted field must not hold a line
+/// break.
 ///
 /// # Errors
 /// A missing column or a field that is not a finite number, with its line.

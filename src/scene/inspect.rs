@@ -20,11 +20,11 @@ pub struct SceneReport {
     pub vertices: usize,
     /// True if the second half of the triangles are the back sides of the first.
     pub two_sided: bool,
-    /// Lowest corner of the bounding box [m].
+    /// Lowest corner of the bounding box in m.
     pub minimum: [f64; 3],
-    /// Highest corner of the bounding box [m].
+    /// Highest corner of the bounding box in m.
     pub maximum: [f64; 3],
-    /// Area of all triangles [m²].
+    /// Area of all triangles in m².
     pub area: f64,
     /// The materials, in the scene's order.
     pub materials: Vec<MaterialReport>,
@@ -41,7 +41,7 @@ pub struct MaterialReport {
     pub name: String,
     /// Triangles that have it.
     pub triangles: usize,
-    /// Their area [m²].
+    /// Their area in m².
     pub area: f64,
     /// Reflectance per band, mean over that area.
     pub mean_reflectance: [f32; 3],
@@ -49,9 +49,9 @@ pub struct MaterialReport {
     pub reflectance_texture: Option<String>,
     /// Name of the texture that cuts holes.
     pub opacity_texture: Option<String>,
-    /// Emitted radiance per band [W/(m² sr)].
+    /// Emitted radiance per band in W/(m² sr).
     pub emitted_radiance: [f32; 3],
-    /// Emitted power per band, π · radiance · area [W].
+    /// Emitted power per band, π · radiance · area in W.
     pub emitted_power: [f64; 3],
 }
 
@@ -60,9 +60,9 @@ pub struct MaterialReport {
 pub struct TextureReport {
     /// The file's name as the MTL writes it.
     pub name: String,
-    /// Width [texels].
+    /// Width in texels.
     pub width: u32,
-    /// Height [texels].
+    /// Height in texels.
     pub height: u32,
 }
 
@@ -114,7 +114,7 @@ pub fn report(scene: &Scene) -> SceneReport {
 #[derive(Clone, Copy, Default)]
 struct Sum {
     triangles: usize,
-    /// [m²]
+    /// In m².
     area: f64,
     /// Reflectance times area.
     reflected: DVec3,

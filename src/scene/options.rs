@@ -13,7 +13,7 @@ pub struct LoadOptions {
     #[arg(long)]
     pub flip: bool,
     /// Throw the file's normals away and compute new ones: smooth across edges that bend by less than this angle
-    /// [degrees], creased elsewhere. 0 gives flat shading.
+    /// (in degrees), creased elsewhere. 0 gives flat shading.
     #[arg(long, value_name = "DEGREES")]
     pub crease_angle: Option<f32>,
     /// Join positions nearer than this fraction of the scene's size.

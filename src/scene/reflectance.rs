@@ -5,10 +5,10 @@ use glam::{DVec3, Vec2, Vec3};
 use super::Scene;
 
 /// A triangle that covers more texels than this is sampled at so many points.
-const MOST_POINTS: u32 = 4096;
+const MOST_POINTS: u32 = 512;
 
 /// Mean reflectance over a triangle's area, cut-outs not left out: the material's without a texture, otherwise the mean
-/// of as many evenly spread fixed points as the triangle covers texels, at least 1 and at most 4,096.
+/// of as many evenly spread fixed points as the triangle covers texels, at least 1 and at most 512.
 pub fn triangle_mean_reflectance(scene: &Scene, triangle: u32) -> Vec3 {
     let material = scene.material(triangle);
     let (Some(texture), Some(corners)) = (material.reflectance_texture, scene.mesh.texcoords.get(triangle as usize))

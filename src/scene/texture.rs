@@ -90,10 +90,12 @@ impl Texture {
     fn filtered(&self, texcoord: Vec2, value: impl Fn([u8; 4]) -> Vec4) -> Vec4 {
         // The fraction first, so that coordinates far from 0 keep their digits where f32 still has any.
         let wrapped = if texcoord.is_finite() { texcoord - texcoord.floor() } else { Vec2::ZERO };
-        let place = Vec2::new(wrapped.x, 1.0 - wrapped.y) * self.size.as_vec2();
         if self.filter == TextureFilter::Nearest {
-            return value(self.texel(place.floor().as_ivec2()));
+            // Counted from below, so that v = 0 is the bottom row: models put whole surfaces at (0, 0).
+            let place = (wrapped * self.size.as_vec2()).floor().as_ivec2();
+            return value(self.texel(IVec2::new(place.x, self.size.y - 1 - place.y)));
         }
+        let place = Vec2::new(wrapped.x, 1.0 - wrapped.y) * self.size.as_vec2();
         let corner = (place - 0.5).floor();
         let fraction = place - 0.5 - corner;
         let corner = corner.as_ivec2();
@@ -125,6 +127,9 @@ mod tests {
         assert_eq!(texture.sample(Vec2::new(0.25, 0.75)), Vec3::X);
         assert_eq!(texture.sample(Vec2::new(0.75, 0.25)), Vec3::ONE);
         assert_eq!(texture.sample(Vec2::new(-6.75, 3.25)), Vec3::Z);
+        // The corner (0, 0) belongs to the bottom left texel, 1/2 to the texel above it.
+        assert_eq!(texture.sample(Vec2::ZERO), Vec3::Z);
+        assert_eq!(texture.sample(Vec2::new(0.0, 0.5)), Vec3::X);
         assert_eq!(texture.sample(Vec2::new(f32::NAN, 0.0)), texture.sample(Vec2::ZERO));
     }
 

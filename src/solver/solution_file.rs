@@ -2,7 +2,7 @@
 //!
 //! | array | type | shape | meaning |
 //! | --- | --- | --- | --- |
-//! | `irradiance` | f32 | bounces, vertices, 3 | irradiance [W/m²] of each bounce alone, linear RGB; bounce 0 is direct |
+//! | `irradiance` | f32 | bounces, vertices, 3 | irradiance [W/m²] of each bounce alone, linear RGB; 0 is direct |
 //! | `buried` | u8 | vertices | 1 where the vertex's hemisphere mostly sees back faces, else 0 |
 //!
 //! The metadata has one entry, `radiosity-solution`: JSON with `version` (1) and `info`, a [`SolutionInfo`]. The

@@ -118,11 +118,16 @@ impl Tracer {
     }
 }
 
-/// A ray for the tree. Adding 0 turns a component of -0 into +0: the tree's box test takes -0 for positive in one
-/// place and for negative in another, and would miss every box.
+/// How far behind its origin a ray enters the tree. The tree's box test ignores boxes that are left within 1e-4 of the
+/// start, so a wall that near would be missed; a start this much earlier leaves every box in front later than that.
+const HEAD_START: f32 = 2e-4;
+
+/// A ray for the tree. Adding 0 turns a component of -0 into +0: the box test takes -0 for positive in one place and
+/// for negative in another, and would miss every box.
 fn tree_ray(ray: &Ray) -> obvhs::ray::Ray {
     let direction = ray.direction + Vec3::ZERO;
-    obvhs::ray::Ray::new(ray.origin.into(), direction.into(), 0.0, ray.max_distance)
+    let origin = ray.origin - HEAD_START * direction;
+    obvhs::ray::Ray::new(origin.into(), direction.into(), 0.0, ray.max_distance + HEAD_START)
 }
 
 impl RayTracer for Tracer {
@@ -131,19 +136,16 @@ impl RayTracer for Tracer {
         let sheared = ShearedRay::new(ray.origin, ray.direction);
         let excluded = self.excluded(ray.origin_triangle);
         let mut closest: Option<Hit> = None;
-        let tree_ray = tree_ray(ray);
-        tree.ray_traverse(tree_ray, &mut RayHit::none(), |tree_ray, slot| {
-            // Just beyond the nearest so far, to meet its ties: of equal distances the lowest triangle wins, so
-            // that every build gives the same answer.
-            let reach = if closest.is_some() { tree_ray.tmax.next_up() } else { tree_ray.tmax };
+        tree.ray_traverse(tree_ray(ray), &mut RayHit::none(), |_, slot| {
+            // Of equal distances the lowest triangle wins, so that every build gives the same answer.
+            let reach = closest.map_or(ray.max_distance, |nearest| nearest.distance.next_up());
             let Some(hit) = self.intersect(&sheared, slot, reach, excluded) else {
                 return f32::INFINITY;
             };
-            if closest.is_some_and(|nearest| hit.distance == nearest.distance && hit.triangle > nearest.triangle) {
-                return f32::INFINITY;
+            if closest.is_none_or(|nearest| (hit.distance, hit.triangle) < (nearest.distance, nearest.triangle)) {
+                closest = Some(hit);
             }
-            closest = Some(hit);
-            hit.distance
+            hit.distance + HEAD_START
         });
         closest.map(|hit| self.on_its_side(hit))
     }
@@ -154,10 +156,9 @@ impl RayTracer for Tracer {
         };
         let sheared = ShearedRay::new(ray.origin, ray.direction);
         let excluded = self.excluded(ray.origin_triangle);
-        let tree_ray = tree_ray(ray);
-        !tree.ray_traverse_miss(tree_ray, |tree_ray, slot| {
-            let hit = self.intersect(&sheared, slot, tree_ray.tmax, excluded);
-            hit.map_or(f32::INFINITY, |hit| hit.distance)
+        !tree.ray_traverse_miss(tree_ray(ray), |_, slot| {
+            // Any number below the tree's end of the ray stands for a hit.
+            if self.intersect(&sheared, slot, ray.max_distance, excluded).is_some() { 0.0 } else { f32::INFINITY }
         })
     }
 }

@@ -3,12 +3,14 @@
 //! [`RayTracer`] is all the solver asks of a ray tracer, so that a student can bring their own.
 
 pub mod bvh;
+pub mod locate;
 pub mod surface;
 mod triangle;
 
 use glam::{Vec2, Vec3};
 
 pub use bvh::Tracer;
+pub use locate::locate_point;
 pub use surface::SurfacePoint;
 
 /// No triangle: for rays that leave from no surface.

@@ -15,7 +15,7 @@ use radiosity::{
 
 /// A file or folder of the shared test scenes, which lie beside the repository or where `RADIOSITY_SHARED` says.
 /// None, with the reason printed, if they are absent: then a test has nothing to look at.
-pub fn shared(relative: &str) -> Option<PathBuf> {
+pub(crate) fn shared(relative: &str) -> Option<PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
     let path = std::env::var_os("RADIOSITY_SHARED").map_or_else(beside, PathBuf::from).join(relative);
     if path.exists() {

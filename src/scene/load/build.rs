@@ -9,7 +9,7 @@ use super::obj::{Corner, Soup, Triangle};
 use super::{repair, weld};
 use crate::scene::{LoadOptions, LocalFrame, Mesh};
 
-/// Smaller scenes have areas that f32 cannot hold [m].
+/// In m: smaller scenes have areas that f32 cannot hold.
 const SMALLEST_SIZE: f64 = 1e-15;
 
 /// More triangles do not fit 32-bit numbers when each gets a second side.

@@ -9,7 +9,7 @@ use std::fmt::Write;
 
 use super::counted;
 
-/// Coordinates beyond this count as broken [m].
+/// In m: coordinates beyond this count as broken.
 const LARGEST_COORDINATE: f64 = 1e18;
 
 /// What is dropped or mended here.

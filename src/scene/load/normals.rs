@@ -6,14 +6,14 @@ use rayon::prelude::*;
 use super::counted;
 use super::obj::Soup;
 
-/// Faces that bend by less than this are one plane: it lets the two halves of a quad share their vertices [degrees].
+/// In degrees: faces that bend by less are one plane, so that the two halves of a quad share their vertices.
 const FLAT_ANGLE: f64 = 0.01;
 
 /// So many triangles at one edge are compared with each other.
 const EDGE_NEIGHBOURS: usize = 8;
 
 /// The unit shading normals of every triangle's corners: the file's, and flat ones where it has none; with a crease
-/// angle [degrees] all are new, smooth across edges that bend by less than it. `points` are the positions, which the
+/// angle (in degrees) all are new, smooth across edges that bend by less than it. `points` are the positions, which the
 /// triangles index, in any unit.
 pub(super) fn corner_normals(
     soup: &Soup,

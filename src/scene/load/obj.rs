@@ -8,7 +8,7 @@ use super::polygon::Triangulator;
 /// Triangles before repair. Indices are checked: they lie inside the arrays.
 #[derive(Debug, Default)]
 pub(super) struct Soup {
-    /// Positions [m]; several may be equal.
+    /// Positions in m; several may be equal.
     pub(super) positions: Vec<DVec3>,
     /// Normals of any length; 0 where the file gives none.
     pub(super) normals: Vec<DVec3>,
@@ -16,7 +16,7 @@ pub(super) struct Soup {
     pub(super) texcoords: Vec<DVec2>,
     /// True if the file's faces use texture coordinates.
     pub(super) has_texcoords: bool,
-    /// Corners of polygons that no triangle needs: they repeat another one or lie on a straight edge.
+    /// Corners of polygons that no triangle uses: repeated, on a straight edge, or where edges cross.
     pub(super) left_out_corners: usize,
     /// The triangles, in the order of the file.
     pub(super) triangles: Vec<Triangle>,
@@ -47,7 +47,7 @@ impl Triangle {
 }
 
 impl Soup {
-    /// The corner positions of a triangle [m].
+    /// The corner positions of a triangle in m.
     pub(super) fn points(&self, triangle: &Triangle) -> [DVec3; 3] {
         triangle.position_ids().map(|position| self.positions[position as usize])
     }

@@ -12,7 +12,7 @@ use crate::scene::LoadOptions;
 pub(super) fn mend(soup: &mut Soup, options: &LoadOptions, warnings: &mut Vec<String>) {
     if soup.left_out_corners > 0 {
         let corners = counted(soup.left_out_corners, "polygon corner");
-        warnings.push(format!("left out {corners} that lie on a straight edge or repeat another"));
+        warnings.push(format!("left out {corners} (repeated, on a straight edge, or where edges cross)"));
     }
     if let Some(fraction) = options.weld {
         weld::weld(soup, f64::from(fraction), warnings);

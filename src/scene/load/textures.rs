@@ -10,7 +10,7 @@ use super::source;
 use crate::scene::texture::TextureFilter;
 use crate::scene::{LoadOptions, Material, Texture};
 
-/// Larger textures are refused [texels].
+/// In texels: larger textures are refused.
 const LARGEST_SIDE: u32 = 16384;
 
 /// What a picture is used for.

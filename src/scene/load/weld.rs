@@ -54,7 +54,7 @@ fn neighbours(cell: I64Vec3) -> impl Iterator<Item = I64Vec3> {
     offsets.map(move |offset| cell.saturating_add(offset))
 }
 
-/// The bounding box of the positions that triangles use [m].
+/// The bounding box of the positions that triangles use in m.
 pub(super) fn bounds(soup: &Soup) -> (DVec3, DVec3) {
     let points = soup.triangles.iter().flat_map(|triangle| soup.points(triangle));
     points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| (low.min(point), high.max(point)))
