@@ -115,7 +115,7 @@ pub(super) fn balustrade(model: &mut Model, side: &Side) {
     model.obj.material("stone");
     for bay in 0..side.bays() {
         let left = side.column_x(bay);
-        let [from, to] = [left + 0.2, left + BAY - 0.2];
+        let [from, to] = [left + 0.12, left + BAY - 0.12]; // the rails end inside of the columns
         let box_between = |model: &mut Model, low: f64, high: f64, half: f64, hidden: &[DVec3]| {
             let hidden = [hidden, &[DVec3::X, DVec3::NEG_X]].concat();
             model.block(DVec3::new(from, low, -half), DVec3::new(to, high, half), 0.9, &hidden);

@@ -99,13 +99,15 @@ pub(super) fn banners(model: &mut Model, side: &Side) {
 /// A cloth of 1.2 m by 3.6 m with folds that grow downwards, and its other face behind it.
 fn cloth(model: &mut Model, top: DVec3, phase: f64) {
     const SIZE: DVec2 = DVec2::new(1.2, 3.6);
-    const THICKNESS: f64 = 0.008;
-    let at = |u: f64, v: f64, shift: f64| {
+    const THICKNESS: f64 = 0.004;
+    // The faces meet in the edges, so that nobody looks between them.
+    let at = |u: f64, v: f64, side: f64| {
+        let shift = side * THICKNESS * (40.0 * u * (1.0 - u)).min(40.0 * v * (1.0 - v)).clamp(0.0, 1.0);
         let fold = (u * 11.0 + phase + 1.5 * (1.0 - v)).sin() * mix(0.075, 0.02, v);
         let sway = 0.1 * (phase * 2.3).sin() * (1.0 - v) * (1.0 - v);
         top + DVec3::new((u - 0.5) * SIZE.x, (v - 1.0) * SIZE.y, fold + sway + shift)
     };
     let cells = [10, 12];
-    model.textured_patch(cells, |u, v| at(u, v, THICKNESS), DVec2::new);
-    model.textured_patch(cells, |u, v| at(1.0 - u, v, -THICKNESS), |u, v| DVec2::new(1.0 - u, v));
+    model.textured_patch(cells, |u, v| at(u, v, 1.0), DVec2::new);
+    model.textured_patch(cells, |u, v| at(1.0 - u, v, -1.0), |u, v| DVec2::new(1.0 - u, v));
 }

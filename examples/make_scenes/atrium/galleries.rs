@@ -134,7 +134,7 @@ fn pilaster(model: &mut Model, x: f64, spring: f64) {
     let mut part = |half: f64, from: f64, to: f64, depth: f64| {
         let low = DVec3::new(x - half, from, -GALLERY);
         let high = DVec3::new(x + half, to, depth - GALLERY);
-        model.block(low, high, CELL, &[DVec3::NEG_Z, DVec3::NEG_Y]);
+        model.block(low, high, CELL, &[DVec3::NEG_Z]);
     };
     part(0.28, KERB, KERB + 0.3, 0.16);
     part(0.24, KERB + 0.3, spring - 0.2, 0.12);
@@ -167,7 +167,7 @@ fn door(model: &mut Model, foot: DVec2) {
     let part = |model: &mut Model, x: [f64; 2], y: [f64; 2], depth: f64| {
         let low = DVec3::new(foot.x + x[0], foot.y + y[0], -GALLERY);
         let high = DVec3::new(foot.x + x[1], foot.y + y[1], depth - GALLERY);
-        model.block(low, high, 1.2, &[DVec3::NEG_Z, DVec3::NEG_Y]);
+        model.block(low, high, 1.2, &[DVec3::NEG_Z]);
     };
     model.obj.material("moulding");
     part(model, [-0.82, -0.64], [0.0, 2.4], 0.14);
