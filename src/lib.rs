@@ -17,3 +17,9 @@ pub mod render;
 pub mod check;
 
 pub mod cli;
+
+#[cfg(feature = "gpu")]
+pub mod gpu;
+
+#[cfg(feature = "app")]
+pub mod app;

@@ -1,0 +1,1 @@
+//! The window: a second listener of a solve, beside the command line.
