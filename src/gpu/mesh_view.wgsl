@@ -49,7 +49,7 @@ fn opaque(in: Fragment) -> @location(0) vec4f {
 
 @fragment
 fn cut_out(in: Fragment) -> @location(0) vec4f {
-    let texel = read(opacity_texture, in.texcoord, material.opacity_filter);
+    let texel = read(opacity_texture, in.texcoord, material.opacity_filter, 1.0);
     if material.opacity * texel.a < 0.5 {
         discard;
     }
@@ -91,30 +91,33 @@ fn reflectance(texcoord: vec2f) -> vec3f {
     if material.reflectance_filter == 0u {
         return material.reflectance;
     }
-    let texel = read(reflectance_texture, texcoord, material.reflectance_filter).rgb;
-    return material.reflectance * min(texel, vec3f(material.largest_texel));
+    let texel = read(reflectance_texture, texcoord, material.reflectance_filter, material.largest_texel);
+    return material.reflectance * texel.rgb;
 }
 
-// Texture::sample: repeating; rows from the top, v from the bottom.
-fn read(picture: texture_2d<f32>, texcoord: vec2f, texture_filter: u32) -> vec4f {
+// Texture::sample: repeating; rows from the top, v from the bottom; texels brought down to `largest`.
+fn read(picture: texture_2d<f32>, texcoord: vec2f, texture_filter: u32, largest: f32) -> vec4f {
     let size = vec2f(textureDimensions(picture));
     let wrapped = texcoord - floor(texcoord);
     if texture_filter != BILINEAR {
         let place = floor(wrapped * size);
-        return texel_at(picture, vec2f(place.x, size.y - 1.0 - place.y));
+        return texel_at(picture, vec2f(place.x, size.y - 1.0 - place.y), largest);
     }
     let place = vec2f(wrapped.x, 1.0 - wrapped.y) * size - 0.5;
     let corner = floor(place);
     let fraction = place - corner;
-    let top = mix(texel_at(picture, corner), texel_at(picture, corner + vec2f(1.0, 0.0)), fraction.x);
-    let below = corner + vec2f(0.0, 1.0);
-    let bottom = mix(texel_at(picture, below), texel_at(picture, below + vec2f(1.0, 0.0)), fraction.x);
-    return mix(top, bottom, fraction.y);
+    let right = vec2f(1.0, 0.0);
+    let down = vec2f(0.0, 1.0);
+    let top_left = texel_at(picture, corner, largest);
+    let top_right = texel_at(picture, corner + right, largest);
+    let bottom_left = texel_at(picture, corner + down, largest);
+    let bottom_right = texel_at(picture, corner + down + right, largest);
+    return mix(mix(top_left, top_right, fraction.x), mix(bottom_left, bottom_right, fraction.x), fraction.y);
 }
 
 // The texel at whole numbers, repeating.
-fn texel_at(picture: texture_2d<f32>, place: vec2f) -> vec4f {
+fn texel_at(picture: texture_2d<f32>, place: vec2f, largest: f32) -> vec4f {
     let size = vec2i(textureDimensions(picture));
     let wrapped = ((vec2i(place) % size) + size) % size;
-    return textureLoad(picture, wrapped, 0);
+    return min(textureLoad(picture, wrapped, 0), vec4f(largest));
 }
