@@ -16,10 +16,12 @@ pub mod render;
 
 pub mod check;
 
-pub mod cli;
+pub mod files;
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
 
 #[cfg(feature = "app")]
 pub mod app;
+
+pub mod cli;
