@@ -176,14 +176,12 @@ impl App {
             Some(results) => results.input.settings.clone(),
             None => self.document.original.settings.clone(),
         };
-        let load = self.results.as_ref().and_then(|results| results.solution.as_ref());
-        let load = load.map_or_else(|| self.document.loaded.load.clone(), |solution| solution.info.load.clone());
         let context = self.context.clone();
         self.layout.ambient = false;
         self.playing_since = None;
         self.frame_times.solve_begins();
         // The solve that ran before is cancelled by being dropped.
-        match Solving::start(elements, made_with, load, input, move || context.request_repaint()) {
+        match Solving::start(elements, made_with, input, move || context.request_repaint()) {
             Ok(solving) => self.solving = Some(solving),
             Err(error) => self.notices.say(Level::Error, format!("no thread for the solver could be started: {error}")),
         }

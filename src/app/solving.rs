@@ -27,6 +27,8 @@ const LIVE_INTERVAL: Duration = Duration::from_millis(50);
 pub struct Elements {
     /// The scene, with its materials as they were edited.
     pub scene: Arc<Scene>,
+    /// How it was read.
+    pub load: LoadOptions,
     /// Its elements.
     pub tessellation: Arc<Tessellation>,
     /// Its ray tracer.
@@ -40,22 +42,22 @@ impl Elements {
     ///
     /// # Errors
     /// One line, for settings out of range or elements without end.
-    pub fn new(scene: Arc<Scene>, settings: &SolveSettings) -> Result<Self, String> {
+    pub fn new(scene: Arc<Scene>, load: LoadOptions, settings: &SolveSettings) -> Result<Self, String> {
         if let Some(problem) = settings.problem() {
             return Err(problem);
         }
         let tessellation = Tessellation::new(&scene, &settings.tessellation())?;
-        Self::of_tessellation(scene, tessellation)
+        Self::of_tessellation(scene, load, tessellation)
     }
 
     /// Builds the tree of a scene that is cut already.
     ///
     /// # Errors
     /// One line, if the elements are too many to draw.
-    pub fn of_tessellation(scene: Arc<Scene>, tessellation: Tessellation) -> Result<Self, String> {
+    pub fn of_tessellation(scene: Arc<Scene>, load: LoadOptions, tessellation: Tessellation) -> Result<Self, String> {
         let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
         let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
-        Ok(Self { scene, tessellation: Arc::new(tessellation), tracer, geometry })
+        Ok(Self { scene, load, tessellation: Arc::new(tessellation), tracer, geometry })
     }
 }
 
@@ -125,13 +127,12 @@ impl Solving {
     pub fn start(
         base: Elements,
         made_with: SolveSettings,
-        load: LoadOptions,
         input: SolveInput,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
         let (sender, events) = mpsc::channel();
         let shared = Arc::new(Shared::default());
-        let work = Work { base, made_with, load, input: input.clone(), shared: Arc::clone(&shared), sender };
+        let work = Work { base, made_with, input: input.clone(), shared: Arc::clone(&shared), sender };
         std::thread::Builder::new().name(String::from("solve watcher")).spawn(move || {
             work.run(&wake);
             wake();
@@ -175,7 +176,6 @@ impl Drop for Solving {
 struct Work {
     base: Elements,
     made_with: SolveSettings,
-    load: LoadOptions,
     input: SolveInput,
     shared: Arc<Shared>,
     sender: mpsc::Sender<SolveEvent>,
@@ -188,7 +188,7 @@ impl Work {
                 scene: Arc::clone(&elements.scene),
                 tracer: elements.tracer.clone(),
                 tessellation: Arc::clone(&elements.tessellation),
-                load: self.load.clone(),
+                load: elements.load.clone(),
                 light: self.input.light,
                 settings: self.input.settings.clone(),
             };
@@ -214,7 +214,7 @@ impl Work {
         } else {
             Arc::new(Scene { materials: self.input.materials.to_vec(), ..Scene::clone(&self.base.scene) })
         };
-        Elements::new(scene, &self.input.settings)
+        Elements::new(scene, self.base.load.clone(), &self.input.settings)
     }
 
     fn watch(&self, job: Job, wake: &impl Fn()) {
