@@ -5,17 +5,19 @@
 #![cfg(feature = "gpu")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use std::{f32::consts::PI, path::Path, sync::Arc};
+use std::{f32::consts::PI, path::Path, sync::Arc, time::Instant};
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use image::RgbaImage;
 use radiosity::{
     gpu::{FalseColorRange, Shading, ViewFrame, ViewGeometry, Viewer, device, false_color},
     math::color::{ToneCurve, ToneMap},
     render::{RenderSettings, Subject, View, render},
     scene::{
-        AreaLight, Camera, LoadOptions, Material, Scene, Tessellation, Texture, builtin, load::load_from_memory,
-        tessellate::TessellationOptions, texture::TextureFilter,
+        AreaLight, Camera, LoadOptions, Material, Scene, Tessellation, Texture, builtin,
+        load::{load, load_from_memory},
+        tessellate::TessellationOptions,
+        texture::TextureFilter,
     },
     solver::State,
     trace::Tracer,
@@ -165,10 +167,11 @@ fn assert_alike(name: &str, card: &RgbaImage, cpu: &RgbaImage, largest_mean: f64
 fn a_wall_of_any_radiance_gets_the_tone_maps_bytes() {
     let Some(mut stage) = Stage::new() else { return };
     let curves = [ToneCurve::Plain, ToneCurve::Filmic];
-    let maps = curves.into_iter().flat_map(|curve| {
-        [(0.0, 1.0, 1.0), (1.5, 4.0, 1.0), (-2.0, 0.25, 1.8), (0.0, 2.0, 0.6)]
-            .map(|(exposure, white, gamma)| ToneMap { exposure, white, gamma, curve })
-    });
+    let maps =
+        curves.into_iter().flat_map(|curve| {
+            [(0.0, 1.0, 1.0), (1.5, 4.0, 1.0), (-2.0, 0.25, 1.8), (0.0, 2.0, 0.6)]
+                .map(|(exposure, white, gamma)| ToneMap { exposure, white, gamma, curve })
+        });
     for tone_map in maps {
         for irradiance in [Vec3::ZERO, Vec3::new(0.001, 0.02, 0.3), Vec3::new(0.9, 2.0, 7.0), Vec3::splat(1e9)] {
             let subjects = Subjects::new(square(GREY, 1.0), 0, CAMERA, |_, _| irradiance);
@@ -208,8 +211,7 @@ fn the_wireframe_hides_behind_surfaces_and_is_as_bright_as_the_cpus() {
     let Some(mut stage) = Stage::new() else { return };
     let subjects = Subjects::cornell(2);
     let size = [640, 480];
-    let frame =
-        ViewFrame { wireframe: true, antialias: true, ..subjects.frame(size, Shading::Radiosity) };
+    let frame = ViewFrame { wireframe: true, antialias: true, ..subjects.frame(size, Shading::Radiosity) };
     let lines = stage.picture(&frame);
     let cpu = subjects.rendered(&frame, View::Wireframe);
     // Lines are 1 pixel wide here and 1.2 there, and seen end-on they fade differently: only the mean is compared.
@@ -369,4 +371,60 @@ fn the_light_shines_to_its_front_and_has_an_outline_two_pixels_wide() {
     assert_eq!([15, 16, 17, 18, 30].map(|column| outlined[(column, 30)].0[1]), [0, 255, 255, 0, 0]);
     let turned = AreaLight { half_extent_u: -light.half_extent_u, ..light };
     assert_eq!(stage.picture(&ViewFrame { light: Some(turned), ..frame })[(30, 30)].0, [13, 13, 13, 255]);
+}
+
+/// Frame times at 1280×720; run with `cargo test --test gpu_view -- --ignored --nocapture time_of_a_frame`.
+#[test]
+#[ignore = "a measurement, not a check"]
+fn time_of_a_frame() {
+    let Some(mut stage) = Stage::new() else { return };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/atrium/atrium.obj");
+    let atrium = || {
+        let scene = load(&path, &LoadOptions::default()).unwrap();
+        let state = std::fs::read_to_string(path.with_extension("toml")).unwrap();
+        let camera = State::from_toml(&state).unwrap().0.camera.unwrap().to_local(&scene.frame);
+        Subjects::new(scene, 0, camera, varied)
+    };
+    let subjects = [("cornell 5", Subjects::cornell(5)), ("atrium", atrium())];
+    for (name, subjects) in &subjects {
+        let geometry = &subjects.geometry;
+        println!("{name}: {} vertices, {} triangles", geometry.vertex_count(), geometry.triangle_count());
+        let plain = subjects.frame([1280, 720], Shading::Radiosity);
+        let frames = [
+            ("1 sample", plain.clone()),
+            ("4 samples", ViewFrame { antialias: true, ..plain.clone() }),
+            ("4 samples, wireframe", ViewFrame { antialias: true, wireframe: true, ..plain.clone() }),
+            (
+                "4 samples, false colours",
+                ViewFrame {
+                    antialias: true,
+                    shading: Shading::FalseColor(FalseColorRange { minimum: 0.0, maximum: 3.0, logarithmic: false }),
+                    ..plain
+                },
+            ),
+        ];
+        for (what, frame) in frames {
+            let mut times = [false, true].map(|new_field| frame_times(&mut stage, &frame, new_field));
+            let first = times[0].remove(0);
+            times.iter_mut().for_each(|times| times.sort_by(f64::total_cmp));
+            let [moved, new_field] = times.map(|times| times[times.len() / 2]);
+            println!("  {what}: first {first:.1} ms, then {moved:.1} ms, with a new field {new_field:.1} ms");
+        }
+        let picture = stage.picture(&ViewFrame { antialias: true, ..subjects.frame([1280, 720], Shading::Radiosity) });
+        picture.save(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"))).unwrap();
+    }
+}
+
+/// Milliseconds for each of some frames by a moving camera, from recording to the finished picture.
+fn frame_times(stage: &mut Stage, frame: &ViewFrame, new_field: bool) -> Vec<f64> {
+    let times = (0..8).map(|step| {
+        let position = frame.camera.position + 1e-4 * step as f32 * frame.camera.right;
+        let field_version = if new_field { 100 + step } else { 1 };
+        let moved = ViewFrame { camera: Camera { position, ..frame.camera }, field_version, ..frame.clone() };
+        let start = Instant::now();
+        stage.draw(&moved);
+        stage.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        1000.0 * start.elapsed().as_secs_f64()
+    });
+    times.collect()
 }
