@@ -265,6 +265,23 @@ fn textures_are_read_as_the_cpu_reads_them() {
 }
 
 #[test]
+fn with_several_samples_a_pixel_textures_are_smoothed_too() {
+    let Some(mut stage) = Stage::new() else { return };
+    // A checkerboard of 1.3 squares a pixel: read once a pixel, each is black or white.
+    let mut scene = square("newmtl wall\nKd 0.9 0.9 0.9\n", 65.0);
+    let texels = vec![[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]];
+    scene.textures = vec![Texture::new(String::from("checkers"), 2, 2, texels, TextureFilter::Nearest)];
+    scene.materials[0].reflectance_texture = Some(0);
+    let subjects = Subjects::new(scene, 1, CAMERA, |_, _| Vec3::splat(PI));
+    let smooth = ViewFrame { antialias: true, ..subjects.frame([100, 100], Shading::Radiosity) };
+    let cpu = subjects.rendered(&smooth, View::Radiosity);
+    let smooth_error = difference(&stage.picture(&smooth), &cpu, 2).0;
+    let rough_error = difference(&stage.picture(&ViewFrame { antialias: false, ..smooth }), &cpu, 2).0;
+    println!("mean difference {smooth_error} smoothed, {rough_error} not");
+    assert!(smooth_error < 0.6 * rough_error);
+}
+
+#[test]
 fn false_colours_are_those_of_the_legend() {
     let Some(mut stage) = Stage::new() else { return };
     let ranges = [

@@ -102,7 +102,7 @@ impl Variant {
     }
 
     /// The shader's constants.
-    fn constants(self) -> [(&'static str, f64); 8] {
+    fn constants(self) -> [(&'static str, f64); 9] {
         let flag = |set| f64::from(u8::from(set));
         [
             ("SHADING", f64::from(self.shading)),
@@ -113,6 +113,7 @@ impl Variant {
             ("BURIED", flag(self.buried)),
             ("REFLECTANCE_FILTER", f64::from(self.reflectance_filter)),
             ("OPACITY_FILTER", f64::from(self.opacity_filter)),
+            ("SEVERAL_SAMPLES", flag(self.samples > 1)),
         ]
     }
 }

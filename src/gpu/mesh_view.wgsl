@@ -21,6 +21,7 @@ override AMBIENT: bool;
 override BURIED: bool;
 override REFLECTANCE_FILTER: u32;
 override OPACITY_FILTER: u32;
+override SEVERAL_SAMPLES: bool;
 
 const RADIOSITY = 0u;
 const IRRADIANCE = 1u;
@@ -52,8 +53,25 @@ struct Fragment {
 
 @vertex
 fn vertex(in: VertexIn) -> Fragment {
-    let clip = frame.view_projection * vec4f(in.position, 1.0);
-    return Fragment(clip, in.position, in.normal.xyz, in.texcoord, in.irradiance, in.buried);
+    // What the fragments will not use is left at 0, so that it need not be fetched.
+    var out: Fragment;
+    out.clip = frame.view_projection * vec4f(in.position, 1.0);
+    if AMBIENT {
+        out.position = in.position;
+    }
+    if AMBIENT || SHADING == NORMALS {
+        out.normal = in.normal.xyz;
+    }
+    if REFLECTANCE_FILTER != NO_TEXTURE || OPACITY_FILTER != NO_TEXTURE {
+        out.texcoord = in.texcoord;
+    }
+    if SHADING != ALBEDO && SHADING != NORMALS {
+        out.irradiance = in.irradiance;
+    }
+    if BURIED {
+        out.buried = in.buried;
+    }
+    return out;
 }
 
 @fragment
@@ -101,8 +119,19 @@ fn reflectance(texcoord: vec2f) -> vec3f {
     if REFLECTANCE_FILTER == NO_TEXTURE {
         return material.reflectance;
     }
-    let texel = read(reflectance_texture, texcoord, REFLECTANCE_FILTER, material.largest_texel);
-    return material.reflectance * texel.rgb;
+    if !SEVERAL_SAMPLES {
+        return material.reflectance * texel_color(texcoord);
+    }
+    // Where four samples a pixel see edges, the texture is also read at four places, as they lie in the pixel.
+    let right = dpdx(texcoord) / 8.0;
+    let down = dpdy(texcoord) / 8.0;
+    let upper = texel_color(texcoord - right - 3.0 * down) + texel_color(texcoord + 3.0 * right - down);
+    let lower = texel_color(texcoord - 3.0 * right + down) + texel_color(texcoord + right + 3.0 * down);
+    return material.reflectance * 0.25 * (upper + lower);
+}
+
+fn texel_color(texcoord: vec2f) -> vec3f {
+    return read(reflectance_texture, texcoord, REFLECTANCE_FILTER, material.largest_texel).rgb;
 }
 
 // Texture::sample: repeating; rows from the top, v from the bottom; texels brought down to `largest`.
@@ -125,10 +154,10 @@ fn read(picture: texture_2d<f32>, texcoord: vec2f, texture_filter: u32, largest:
     return mix(mix(top_left, top_right, fraction.x), mix(bottom_left, bottom_right, fraction.x), fraction.y);
 }
 
-// The texel at whole numbers, repeating.
+// The texel at whole numbers from -1 to the size, repeating. OpenGL leaves the remainder of a negative number open.
 fn texel_at(picture: texture_2d<f32>, place: vec2f, largest: f32) -> vec4f {
     let size = vec2i(textureDimensions(picture));
-    let wrapped = ((vec2i(place) % size) + size) % size;
+    let wrapped = (vec2i(place) + size) % size;
     return min(textureLoad(picture, wrapped, 0), vec4f(largest));
 }
 
