@@ -40,7 +40,8 @@ pub fn open_scene(path: &Path, state: Option<&Path>) -> anyhow::Result<OpenedSce
 pub fn prepare(loaded: LoadedScene, mut warnings: Vec<String>) -> anyhow::Result<OpenedScene> {
     warnings.extend(loaded.scene.warnings.iter().map(|warning| format!("{}: {warning}", loaded.path.display())));
     let settings = loaded.state.settings.clone().unwrap_or_default();
-    let elements = Elements::new(Arc::clone(&loaded.scene), loaded.load.clone(), &settings).map_err(anyhow::Error::msg)?;
+    let elements =
+        Elements::new(Arc::clone(&loaded.scene), loaded.load.clone(), &settings).map_err(anyhow::Error::msg)?;
     let report = inspect::report(&loaded.scene);
     Ok(OpenedScene { loaded, elements, report, warnings })
 }
@@ -57,7 +58,8 @@ pub fn open_solution(path: &Path, opened: &LoadedScene, scene: &Arc<Scene>) -> a
         LoadedScene::load(&opened.path, opened.state.clone(), solution.info.load.clone())?.scene
     };
     let tessellation = files::elements_of(path, &solution, &scene)?;
-    let elements = Elements::of_tessellation(scene, solution.info.load.clone(), tessellation).map_err(anyhow::Error::msg)?;
+    let elements =
+        Elements::of_tessellation(scene, solution.info.load.clone(), tessellation).map_err(anyhow::Error::msg)?;
     let total = Arc::new(solution.total());
     Ok(Results::of_solution(elements, Arc::new(solution), total))
 }
