@@ -1,5 +1,4 @@
 //! A card without a window, and things to show on it; each test program uses a part.
-#![expect(clippy::allow_attributes, reason = "which parts are unused differs from one test program to the next")]
 #![allow(dead_code)]
 
 use std::sync::Arc;
