@@ -10,7 +10,7 @@ mod gpu_stage;
 use std::{f32::consts::PI, path::Path, sync::Arc};
 
 use glam::Vec3;
-use gpu_stage::{Stage, Subjects, varied};
+use gpu_stage::{PLAIN, Stage, Subjects, varied};
 use image::RgbaImage;
 use radiosity::{
     gpu::{FalseColorRange, Shading, ViewFrame, false_color},
@@ -307,4 +307,15 @@ fn the_light_shines_to_its_front_and_has_an_outline_two_pixels_wide() {
     assert_eq!([15, 16, 17, 18, 30].map(|column| outlined[(column, 30)].0[1]), [0, 255, 255, 0, 0]);
     let turned = AreaLight { half_extent_u: -light.half_extent_u, ..light };
     assert_eq!(stage.picture(&ViewFrame { light: Some(turned), ..frame })[(30, 30)].0, [13, 13, 13, 255]);
+}
+
+#[test]
+fn ambient_light_adds_what_the_direction_of_a_surface_lets_in() {
+    let Some(mut stage) = Stage::new() else { return };
+    let subjects = Subjects::new(square(GREY, 1.0), 0, CAMERA, |_, _| Vec3::ONE);
+    let ambient = Vec3::new(1.0, 2.0, 0.0);
+    let image = stage.picture(&ViewFrame { ambient, ..subjects.frame([8, 8], Shading::Irradiance) });
+    // The wall faces +z, where ambient light has 0.55 + 0.45 · 0.466 of its full strength.
+    let expected = PLAIN.apply_to_bytes((Vec3::ONE + ambient * 0.7599) / PI);
+    assert!(image[(4, 4)].0.iter().zip(expected).all(|(byte, wanted)| byte.abs_diff(wanted) <= 1));
 }

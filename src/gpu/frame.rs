@@ -76,7 +76,7 @@ pub struct ViewFrame {
     /// Draws the elements' edges.
     pub wireframe: bool,
     /// Irradiance [W/m²] added for looking round an unlit scene, in the views of radiosity and irradiance; 0 for none.
-    /// A surface seen edge-on gets half of it, so that shapes show.
+    /// Surfaces get between a tenth and all of it, depending on their direction, so that shapes show.
     pub ambient: Vec3,
     /// The placed area light: drawn as a rectangle that shines to its front.
     pub light: Option<AreaLight>,

@@ -34,6 +34,9 @@ const PI = 3.14159265358979;
 // sRGB-coded colour of the hatching over buried vertices.
 const BURIED_COLOR = vec3f(0.95, 0.6, 0.15);
 
+// The side that ambient light is brightest from: from no axis, so that the sides of a box differ.
+const AMBIENT_SIDE = vec3f(0.65, 0.6, 0.4664762);
+
 struct VertexIn {
     @location(0) position: vec3f,
     @location(1) normal: vec4f,
@@ -44,11 +47,10 @@ struct VertexIn {
 
 struct Fragment {
     @builtin(position) clip: vec4f,
-    @location(0) position: vec3f,
-    @location(1) normal: vec3f,
-    @location(2) texcoord: vec2f,
-    @location(3) irradiance: vec3f,
-    @location(4) buried: f32,
+    @location(0) normal: vec3f,
+    @location(1) texcoord: vec2f,
+    @location(2) irradiance: vec3f,
+    @location(3) buried: f32,
 }
 
 @vertex
@@ -56,9 +58,6 @@ fn vertex(in: VertexIn) -> Fragment {
     // What the fragments will not use is left at 0, so that it need not be fetched.
     var out: Fragment;
     out.clip = frame.view_projection * vec4f(in.position, 1.0);
-    if AMBIENT {
-        out.position = in.position;
-    }
     if AMBIENT || SHADING == NORMALS {
         out.normal = in.normal.xyz;
     }
@@ -109,8 +108,7 @@ fn surface_color(in: Fragment) -> vec3f {
 
 fn irradiance(in: Fragment) -> vec3f {
     if AMBIENT {
-        let facing = abs(dot(normalize(in.normal), normalize(frame.eye - in.position)));
-        return in.irradiance + frame.ambient.rgb * (0.5 + 0.5 * facing);
+        return in.irradiance + frame.ambient.rgb * (0.55 + 0.45 * dot(normalize(in.normal), AMBIENT_SIDE));
     }
     return in.irradiance;
 }
