@@ -14,7 +14,7 @@ pub const HELP: [(&str, &str); 27] = [
     ("click", "tell about the point of the surface"),
     ("SPACE", "put the area light at the camera, shining where it looks"),
     ("ENTER", "solve; again: start anew with what is set now"),
-    ("ESC", "stop solving and keep the result (or close help and dialogs)"),
+    ("ESC", "stop solving and keep the result; close help and dialogs"),
     ("P", "let the solve wait, or go on"),
     ("M", "load a mesh (OBJ); or drop one on the window"),
     ("O", "save the solution as a mesh (PLY)"),

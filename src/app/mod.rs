@@ -63,6 +63,8 @@ const SECONDS_A_BOUNCE: f32 = 0.7;
 const AMBIENT: f32 = 0.4;
 /// The same while a solve has not yet lit all vertices, so that one sees where one is.
 const DIM_AMBIENT: f32 = 0.015;
+/// A frame that takes longer [ms] is drawn without smooth edges while a solve runs.
+const SLOW_FRAME: f32 = 8.0;
 /// The key of the layout in what eframe keeps from run to run.
 const LAYOUT_KEY: &str = "layout";
 
@@ -274,6 +276,7 @@ impl App {
         let other = self.other.as_ref().filter(|_| shows_other);
         let results = other.or(self.results.as_ref());
         let elements = results.map_or(&self.document.elements, |results| &results.elements);
+        let frames = self.frame_times.summary();
         let tone_map = self.document.edit.tone_map;
         let ambient = if self.layout.ambient {
             AMBIENT
@@ -298,7 +301,8 @@ impl App {
             ambient: Vec3::splat(ambient * PI * tone_map.white / tone_map.exposure.exp2()),
             light: self.document.edit.light.map(|light| light.to_local(frame)),
             light_outline: None,
-            antialias: self.layout.antialias,
+            // A software driver would take the time for smooth edges from the solver.
+            antialias: self.layout.antialias && !(self.solving.is_some() && frames.mean > SLOW_FRAME),
         }
     }
 
@@ -361,6 +365,9 @@ impl eframe::App for App {
         self.update_title();
         self.undoer.feed_state(context.input(|input| input.time), &self.document.edit);
         self.frame_times.end(frame.info().cpu_usage, self.solving.is_some());
+        if let Some(solving) = &self.solving {
+            solving.set_frame_time(self.frame_times.summary().mean);
+        }
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

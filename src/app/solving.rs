@@ -4,7 +4,7 @@
 use std::{
     sync::{
         Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, Ordering::Relaxed},
+        atomic::{AtomicBool, AtomicU64, Ordering::Relaxed},
         mpsc,
     },
     time::{Duration, Instant},
@@ -19,8 +19,11 @@ use crate::{
     trace::Tracer,
 };
 
-/// Time between two looks at the live field.
-const LIVE_INTERVAL: Duration = Duration::from_millis(50);
+/// The least and the greatest time between two looks at the live field [ms].
+const LIVE_INTERVALS: [f32; 2] = [50.0, 90.0];
+/// Drawing may take one part in this many of the time, before the live field is looked at less often: a software driver
+/// takes it from the solver.
+const DRAWING_SHARE: f32 = 8.0;
 
 /// A scene with what a solve needs of it.
 #[derive(Clone)]
@@ -106,6 +109,8 @@ struct Shared {
     cancelled: AtomicBool,
     paused: AtomicBool,
     live: Mutex<Option<Arc<Vec<Vec3>>>>,
+    /// Time between two looks at the live field [ms].
+    live_interval: AtomicU64,
 }
 
 /// A running solve. Dropping it cancels the solve.
@@ -153,6 +158,12 @@ impl Solving {
     /// The total irradiance as far as it is known, if there is a newer one than at the last call.
     pub fn take_live(&self) -> Option<Arc<Vec<Vec3>>> {
         self.shared.live.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// Tells how long a frame takes to draw [ms], which decides how often the live field is looked at.
+    pub fn set_frame_time(&self, milliseconds: f32) {
+        let interval = (DRAWING_SHARE * milliseconds).clamp(LIVE_INTERVALS[0], LIVE_INTERVALS[1]);
+        self.shared.live_interval.store(interval as u64, Relaxed);
     }
 
     /// Asks the solve to stop and keep what it has.
@@ -236,9 +247,8 @@ impl Work {
             }
             if let Some(message) = job.next_message(Duration::from_millis(10)) {
                 self.forward(message, started);
-                wake();
             }
-            if last_live.elapsed() >= LIVE_INTERVAL {
+            if last_live.elapsed() >= Duration::from_millis(self.shared.live_interval.load(Relaxed)) {
                 self.show_live(&job);
                 last_live = Instant::now();
                 wake();

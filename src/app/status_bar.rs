@@ -30,10 +30,10 @@ pub(super) fn ui(ui: &mut Ui, status: &Status<'_>) {
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let Summary { mean, worst, longest_in_solve, .. } = status.frames;
-            let tooltip = "Work of the thread that draws: mean and worst frame of the last second";
-            ui.label(format!("frame {mean:.1} / {worst:.1} ms"))
-                .on_hover_text(tooltip)
-                .on_hover_text(format!("Longest while the last solve ran: {longest_in_solve:.1} ms"));
+            let tooltip = "Milliseconds of the thread that draws: mean and worst frame of the last second, \
+                and the longest since the last solve began, while it ran";
+            let text = format!("frame {mean:.1} / {worst:.1} ms, solving {longest_in_solve:.1} ms");
+            ui.label(text).on_hover_text(tooltip);
             ui.separator();
             ui.label(format!("{:.2} m/s", status.speed)).on_hover_text("Flying speed: turn the wheel over the view");
             ui.separator();
