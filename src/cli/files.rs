@@ -7,6 +7,7 @@ use std::{
 };
 
 use anyhow::{Context as _, anyhow};
+use image::{ExtendedColorType, ImageEncoder as _, RgbaImage, codecs::png::PngEncoder};
 
 use super::scene_args::{LoadedScene, SceneArgs};
 use crate::{
@@ -72,6 +73,13 @@ pub fn read_solution(path: &Path) -> anyhow::Result<Solution> {
 /// Writes a solution.
 pub fn write_solution(path: &Path, solution: &Solution) -> anyhow::Result<()> {
     let bytes = solution_file::encode(solution).map_err(|problem| anyhow!("{}: {problem}", path.display()))?;
+    write_atomically(path, |writer| Ok(writer.write_all(&bytes)?))
+}
+
+/// Writes a picture as PNG.
+pub fn write_picture(path: &Path, picture: &RgbaImage) -> anyhow::Result<()> {
+    let mut bytes = Vec::new();
+    PngEncoder::new(&mut bytes).write_image(picture, picture.width(), picture.height(), ExtendedColorType::Rgba8)?;
     write_atomically(path, |writer| Ok(writer.write_all(&bytes)?))
 }
 

@@ -3,6 +3,7 @@
 //! Each command is a file with its clap arguments and a `run` function that returns an [`Outcome`].
 
 pub mod compare;
+pub mod demo;
 pub mod export;
 pub mod files;
 pub mod inspect;
@@ -50,8 +51,18 @@ struct Cli {
 enum Command {
     /// Solve a scene: direct light, then bounces of gathering, per vertex.
     Solve(Box<solve::SolveArgs>),
+    /// Draw a solution as a picture, by ray casting on the CPU.
+    Render(render::RenderArgs),
+    /// Read irradiance from a solution at surface points.
+    Probe(probe::ProbeArgs),
+    /// Path trace irradiance at surface points: the reference, with standard errors.
+    Truth(truth::TruthArgs),
+    /// Compare a solution with another, or with a truth.
+    Compare(compare::CompareArgs),
     /// Tell what is in a scene, and what was repaired.
     Inspect(inspect::InspectArgs),
+    /// Write a solution as PLY (vertex colours) or CSV.
+    Export(export::ExportArgs),
 }
 
 /// Reads the program's arguments and runs the command. Errors are printed as one line.
@@ -59,12 +70,17 @@ pub fn main() -> ExitCode {
     let matches = Cli::command().get_matches();
     let outcome = Cli::from_arg_matches(&matches).map_err(anyhow::Error::from).and_then(|cli| {
         let Some(command) = cli.command else {
-            anyhow::bail!("no command");
+            return demo::run();
         };
         let flags = matches.subcommand().map_or(&matches, |(_, flags)| flags);
         match command {
             Command::Solve(args) => solve::run(&args, flags),
+            Command::Render(args) => render::run(&args),
+            Command::Probe(args) => probe::run(&args),
+            Command::Truth(args) => truth::run(&args, flags),
+            Command::Compare(args) => compare::run(&args),
             Command::Inspect(args) => inspect::run(&args),
+            Command::Export(args) => export::run(&args),
         }
     });
     match outcome {

@@ -4,7 +4,6 @@ use std::{path::PathBuf, time::Instant};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use image::{ExtendedColorType, ImageEncoder as _, codecs::png::PngEncoder};
 
 use super::{Outcome, files};
 use crate::{
@@ -84,11 +83,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     let settings = RenderSettings { width, height, view: args.view, samples: args.samples, tone_map };
     let picture = render(&subject, &solved.loaded.camera.to_local(&scene.frame), &settings);
     let seconds = started.elapsed().as_secs_f64();
-    files::write_atomically(&args.output, |writer| {
-        let mut bytes = Vec::new();
-        PngEncoder::new(&mut bytes).write_image(&picture, width, height, ExtendedColorType::Rgba8)?;
-        Ok(writer.write_all(&bytes)?)
-    })?;
+    files::write_picture(&args.output, &picture)?;
     eprintln!("{}: {width}x{height} pixels, drawn in {seconds:.2} s", args.output.display());
     Ok(Outcome::Done)
 }

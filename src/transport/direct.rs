@@ -57,7 +57,7 @@ impl DirectContext<'_> {
         if let Some(light) = &self.lights.area_light {
             if origins.iter().any(|origin| may_shine_on(light, origin)) {
                 sum += self.sum_over(vertex, origins, Stream::AreaLight, |origin, point| {
-                    self.from_area_light(light, origin, point, rays)
+                    self.area_light_term(light, origin, point, rays)
                 });
             } else {
                 rays.skipped += u64::from(self.light_rays);
@@ -65,7 +65,7 @@ impl DirectContext<'_> {
         }
         if !self.lights.emitters.is_empty() {
             sum += self
-                .sum_over(vertex, origins, Stream::Emitters, |origin, point| self.from_emitters(origin, point, rays));
+                .sum_over(vertex, origins, Stream::Emitters, |origin, point| self.emitters_term(origin, point, rays));
         }
         sum / self.light_rays as f32
     }
@@ -88,7 +88,7 @@ impl DirectContext<'_> {
     }
 
     /// One term of eq. 3 for the placed light: L cosθ cosθ_l V / (r² pdf_area).
-    fn from_area_light(&self, light: &AreaLight, from: &SurfacePoint, point: Vec2, rays: &mut ShadowRays) -> Vec3 {
+    fn area_light_term(&self, light: &AreaLight, from: &SurfacePoint, point: Vec2, rays: &mut ShadowRays) -> Vec3 {
         let sample = sample_area_light(light, point);
         let weight = geometry_term(from, sample.position, sample.normal) / sample.pdf_area;
         self.if_visible(light.radiance * weight, from, sample.position, rays)
@@ -96,7 +96,7 @@ impl DirectContext<'_> {
 
     /// One term of eq. 3 for the emissive triangles: a point on one of them, chosen by power. This is the samples'
     /// share of it.
-    fn from_emitters(&self, from: &SurfacePoint, point: Vec2, rays: &mut ShadowRays) -> Vec3 {
+    fn emitters_term(&self, from: &SurfacePoint, point: Vec2, rays: &mut ShadowRays) -> Vec3 {
         let Some((triangle, rest)) = self.lights.emitters.choose(point.x) else {
             return Vec3::ZERO;
         };
