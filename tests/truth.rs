@@ -36,11 +36,9 @@ struct Case {
 fn case(truth: &str, scene: &str) -> Option<Case> {
     let scene_path = common::shared(&format!("scenes/{scene}"))?;
     let truth = truth_file::read(&common::shared(&format!("truth/{truth}.csv"))?).unwrap();
-    let options = LoadOptions { reflectance_limit: 0.999, ..LoadOptions::default() };
-    let mut scene = load::load(&scene_path, &options).unwrap();
-    for material in &mut scene.materials {
-        material.opacity = 1.0; // the truths know no `d`: the staircase's glass is a black surface there
-    }
+    // The truths clamp no reflectance and know no `d`: the staircase's glass is a black surface there.
+    let options = LoadOptions { reflectance_limit: 0.999, opaque: true, ..LoadOptions::default() };
+    let scene = load::load(&scene_path, &options).unwrap();
     let comment = |key: &str| truth.comments.iter().find(|line| line.contains(key)).unwrap();
     let numbers = |text: &str| text.split(',').map(|word| word.trim().parse::<f64>().unwrap()).collect::<Vec<_>>();
     let words: Vec<&str> = comment("light (").split_once(':').unwrap().1.split_whitespace().collect();

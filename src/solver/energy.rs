@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::{Scene, Tessellation, reflectance::triangle_mean_reflectance};
 
-/// Power [W] of one bounce, per band.
+/// Power, in watts of one bounce, per band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BouncePower {
     /// Arriving on front sides.
@@ -21,7 +21,7 @@ pub struct BouncePower {
 /// Emitted power and the power of each bounce.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
-    /// Power of all lights [W].
+    /// Power of all lights, in watts.
     pub emitted: DVec3,
     /// Bounce 0 (direct) and on.
     pub bounces: Vec<BouncePower>,
