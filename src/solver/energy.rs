@@ -45,7 +45,6 @@ impl VertexWeights {
             let share = f64::from(mesh.area(element as u32)) * square_metres / 3.0;
             let reflectance = reflectance[tessellation.scene_triangle[element] as usize].as_dvec3();
             for vertex in mesh.triangles[element].map(|vertex| vertex as usize) {
-                weights.area[vertex] += share;
                 weights.reflecting_area[vertex] += share * reflectance;
             }
         }
