@@ -68,19 +68,21 @@ impl SceneArgs {
     pub fn load(&self, matches: &ArgMatches) -> anyhow::Result<LoadedScene> {
         let state = self.read_state()?;
         let options = overlay(state.load.clone(), &self.load, matches)?;
-        self.load_with(state, options)
+        let loaded = self.load_with(state, options)?;
+        for warning in &loaded.scene.warnings {
+            eprintln!("warning: {}: {warning}", self.scene.display());
+        }
+        Ok(loaded)
     }
 
-    /// Reads the scene with the options that a solution was computed with, whatever flags and state say.
+    /// Reads the scene with the options that a solution was computed with, whatever flags and state say. What was
+    /// repaired was said then, and is not said again.
     pub fn load_as_solved(&self, options: &LoadOptions) -> anyhow::Result<LoadedScene> {
         self.load_with(self.read_state()?, options.clone())
     }
 
     fn load_with(&self, state: State, options: LoadOptions) -> anyhow::Result<LoadedScene> {
         let scene = if self.is_builtin() { builtin::cornell(&options)? } else { load::load(&self.scene, &options)? };
-        for warning in &scene.warnings {
-            eprintln!("warning: {}: {warning}", self.scene.display());
-        }
         let camera = state.camera.unwrap_or_else(|| {
             let (minimum, maximum) = scene.bounds_in_metres();
             CameraState::looking_at_bounds(minimum, maximum)
