@@ -16,4 +16,12 @@ pub mod render;
 
 pub mod check;
 
+pub mod files;
+
+#[cfg(feature = "gpu")]
+pub mod gpu;
+
+#[cfg(feature = "app")]
+pub mod app;
+
 pub mod cli;

@@ -1,4 +1,4 @@
-//! The program without a command: the built-in Cornell box, solved, summed up and drawn.
+//! The program without a command and without a window: the built-in Cornell box, solved, summed up and drawn.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,6 @@ pub fn run() -> anyhow::Result<Outcome> {
     print_summary(&full_report(&loaded, &solved, 0));
     draw(&loaded, &solved)?;
     println!("picture    {PICTURE}");
-    println!("The window is not part of this version yet: this is the command line.");
     Ok(if solved.solution.info.complete { Outcome::Done } else { Outcome::Cancelled })
 }
 

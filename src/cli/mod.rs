@@ -5,17 +5,20 @@
 pub mod compare;
 pub mod demo;
 pub mod export;
-pub mod files;
 pub mod inspect;
 pub mod probe;
 pub mod progress;
 pub mod render;
 pub mod scene_args;
 pub mod solve;
+pub mod solved_scene;
 pub mod truth;
+#[cfg(feature = "app")]
+pub mod window;
 
 use std::process::ExitCode;
 
+use crate::files;
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 /// How a command ended; errors (bad input) end with exit status 2.
@@ -29,7 +32,8 @@ pub enum Outcome {
 
 const EXAMPLES: &str = "\
 Examples:
-  radiosity                                    solve the built-in Cornell box and write a picture
+  radiosity                                    open the window on the built-in Cornell box
+  radiosity window scenes/atrium/atrium.obj    open the window on a scene
   radiosity inspect scenes/atrium/atrium.obj   what is in a scene, and what was repaired
   radiosity solve cornell --subdivide 5 --rays 1024 -o cornell.safetensors
   radiosity render cornell cornell.safetensors --view indirect -o indirect.png
@@ -42,13 +46,17 @@ Exit status: 0 done, 2 bad input, 130 cancelled by Ctrl-C with the partial resul
 #[derive(Debug, Parser)]
 #[command(version, about, after_long_help = EXAMPLES, after_help = "`--help` shows examples.")]
 struct Cli {
-    /// Without a command, the built-in Cornell box is solved and a picture of it written.
+    /// Without a command, the window opens on the built-in Cornell box; where there is no display, the box is solved and
+    /// a picture of it written.
     #[command(subcommand)]
     command: Option<Command>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Open the window on a scene.
+    #[cfg(feature = "app")]
+    Window(window::WindowArgs),
     /// Solve a scene: direct light, then bounces of gathering, per vertex.
     Solve(Box<solve::SolveArgs>),
     /// Draw a solution as a picture, by ray casting on the CPU.
@@ -70,10 +78,12 @@ pub fn main() -> ExitCode {
     let matches = Cli::command().get_matches();
     let outcome = Cli::from_arg_matches(&matches).map_err(anyhow::Error::from).and_then(|cli| {
         let Some(command) = cli.command else {
-            return demo::run();
+            return without_command();
         };
         let flags = matches.subcommand().map_or(&matches, |(_, flags)| flags);
         match command {
+            #[cfg(feature = "app")]
+            Command::Window(args) => window::run(&args, flags),
             Command::Solve(args) => solve::run(&args, flags),
             Command::Render(args) => render::run(&args),
             Command::Probe(args) => probe::run(&args),
@@ -91,4 +101,14 @@ pub fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// The window, or else what it would show, on the command line.
+fn without_command() -> anyhow::Result<Outcome> {
+    #[cfg(feature = "app")]
+    match window::run_builtin() {
+        Ok(()) => return Ok(Outcome::Done),
+        Err(problem) => eprintln!("{problem:#}; going on without a window"),
+    }
+    demo::run()
 }

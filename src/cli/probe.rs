@@ -8,7 +8,7 @@ use csv::{ByteRecord, ReaderBuilder, Trim};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use super::{Outcome, files};
+use super::{Outcome, files, solved_scene};
 use crate::{
     scene::mesh,
     trace::{Tracer, locate::locate_point},
@@ -33,7 +33,8 @@ pub struct ProbeArgs {
 /// Runs the command.
 pub fn run(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     let table = files::read_bytes(&args.points)?;
-    let files::SolvedScene { solution, loaded, tessellation } = files::open_solved(&args.solution, &args.scene, None)?;
+    let solved_scene::SolvedScene { solution, loaded, tessellation } =
+        solved_scene::open_solved(&args.solution, &args.scene, None)?;
     let scene = &loaded.scene;
     let tracer = Tracer::new(scene.clone());
     let total = solution.total();

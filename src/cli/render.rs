@@ -5,7 +5,7 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::{anyhow, bail};
 use clap::Args;
 
-use super::{Outcome, files};
+use super::{Outcome, files, solved_scene};
 use crate::{
     math::color::{ToneCurve, ToneMap},
     render::{RenderSettings, Subject, View, render, view::VIEW_NAMES},
@@ -66,7 +66,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         bail!("{}: pictures are written as PNG; end the name in .png", args.output.display());
     }
-    let solved = files::open_solved(&args.solution, &args.scene, args.state.as_deref())?;
+    let solved = solved_scene::open_solved(&args.solution, &args.scene, args.state.as_deref())?;
     let scene = &solved.loaded.scene;
     let field = args.view.field(&solved.solution);
     let field = field.map_err(|problem| anyhow!("{}: {problem}", args.solution.display()))?;

@@ -2,19 +2,16 @@
 //!
 //! A value given as a flag wins; else the state file's; else the default.
 
-use std::{
-    path::{Path, PathBuf},
-    sync::Arc,
-};
+use std::path::PathBuf;
 
 use anyhow::{Context as _, bail};
 use clap::{ArgMatches, Args, parser::ValueSource};
 use serde::{Serialize, de::DeserializeOwned};
 
+pub use crate::files::loaded_scene::LoadedScene;
 use crate::{
-    math::color::ToneMap,
-    scene::{LoadOptions, Scene, area_light::AreaLightState, builtin, camera::CameraState, load},
-    solver::state::State,
+    files::loaded_scene,
+    scene::{LoadOptions, area_light::AreaLightState},
 };
 
 /// Which scene.
@@ -34,13 +31,13 @@ pub struct SceneArgs {
 /// The area light by flags; each replaces that part of the state's light.
 #[derive(Clone, Debug, Default, Args)]
 pub struct LightArgs {
-    /// Centre of the area light, in metres.
+    /// Centre of the area light [m].
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
     pub light_centre: Option<[f64; 3]>,
-    /// Half-extent vector u of the area light, in metres.
+    /// Half-extent vector u of the area light [m].
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
     pub light_u: Option<[f64; 3]>,
-    /// Half-extent vector v of the area light, in metres; it shines to the side of u × v.
+    /// Half-extent vector v of the area light [m]; it shines to the side of u × v.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
     pub light_v: Option<[f64; 3]>,
     /// Radiance of the area light, linear RGB [W/(m² sr)].
@@ -48,68 +45,29 @@ pub struct LightArgs {
     pub light_radiance: Option<[f64; 3]>,
 }
 
-/// A scene that was read, with its state.
-#[derive(Clone, Debug)]
-pub struct LoadedScene {
-    /// The scene.
-    pub scene: Arc<Scene>,
-    /// The options it was read with.
-    pub load: LoadOptions,
-    /// What the state file said.
-    pub state: State,
-    /// The state's camera, or one that looks at the whole scene.
-    pub camera: CameraState,
-    /// The state's tone map, or the default.
-    pub tone_map: ToneMap,
-}
-
 impl SceneArgs {
     /// Reads state and scene. Warnings go to standard error.
     pub fn load(&self, matches: &ArgMatches) -> anyhow::Result<LoadedScene> {
-        let state = self.read_state()?;
+        let (state, warnings) = loaded_scene::read_state(&self.scene, self.state.as_deref())?;
         let options = overlay(state.load.clone(), &self.load, matches)?;
-        let loaded = self.load_with(state, options)?;
-        for warning in &loaded.scene.warnings {
-            eprintln!("warning: {}: {warning}", self.scene.display());
-        }
+        let loaded = LoadedScene::load(&self.scene, state, options)?;
+        print_warnings(&warnings);
+        let path = loaded.path.display();
+        loaded.scene.warnings.iter().for_each(|warning| eprintln!("warning: {path}: {warning}"));
         Ok(loaded)
     }
 
     /// Reads the scene with the options that a solution was computed with, whatever flags and state say. What was
     /// repaired was said then, and is not said again.
     pub fn load_as_solved(&self, options: &LoadOptions) -> anyhow::Result<LoadedScene> {
-        self.load_with(self.read_state()?, options.clone())
+        let (state, warnings) = loaded_scene::read_state(&self.scene, self.state.as_deref())?;
+        print_warnings(&warnings);
+        LoadedScene::load(&self.scene, state, options.clone())
     }
+}
 
-    fn load_with(&self, state: State, options: LoadOptions) -> anyhow::Result<LoadedScene> {
-        let scene = if self.is_builtin() { builtin::cornell(&options)? } else { load::load(&self.scene, &options)? };
-        let camera = state.camera.unwrap_or_else(|| {
-            let (minimum, maximum) = scene.bounds_in_metres();
-            CameraState::looking_at_bounds(minimum, maximum)
-        });
-        let tone_map = state.tone_map.unwrap_or_default();
-        Ok(LoadedScene { scene: Arc::new(scene), load: options, state, camera, tone_map })
-    }
-
-    fn is_builtin(&self) -> bool {
-        self.scene.as_os_str() == "cornell" && !self.scene.exists()
-    }
-
-    fn read_state(&self) -> anyhow::Result<State> {
-        let beside = self.scene.with_extension("toml");
-        let (text, path) = match &self.state {
-            Some(path) => (read_text(path)?, path.as_path()),
-            None if self.is_builtin() => (String::from(builtin::CORNELL_STATE), Path::new("cornell.toml")),
-            None if beside.is_file() => (read_text(&beside)?, beside.as_path()),
-            None => return Ok(State::default()),
-        };
-        let (state, warnings) =
-            State::from_toml(&text).map_err(|problem| anyhow::anyhow!("{}: {problem}", path.display()))?;
-        for warning in warnings {
-            eprintln!("warning: {}: {warning}", path.display());
-        }
-        Ok(state)
-    }
+fn print_warnings(warnings: &[String]) {
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
 }
 
 impl LightArgs {
@@ -156,10 +114,6 @@ pub fn overlay<T: Clone + Serialize + DeserializeOwned>(
         }
     }
     serde_json::from_value(merged).context("flags over the state's settings")
-}
-
-fn read_text(path: &Path) -> anyhow::Result<String> {
-    std::fs::read_to_string(path).with_context(|| format!("{}: cannot be read as text; check the path", path.display()))
 }
 
 /// Three numbers, `X,Y,Z`.

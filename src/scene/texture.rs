@@ -45,6 +45,16 @@ impl Texture {
         (self.size.x as u32, self.size.y as u32)
     }
 
+    /// The texels as in the file, row by row from the top: sRGB colour and linear alpha.
+    pub fn texels(&self) -> &[[u8; 4]] {
+        &self.texels
+    }
+
+    /// The largest linear colour value that a texel can have: 1, or the limit of [`Texture::limit_values`].
+    pub fn largest_value(&self) -> f32 {
+        self.linear[255]
+    }
+
     /// True if any texel is less than half opaque.
     pub fn has_cut_outs(&self) -> bool {
         self.texels.iter().any(|texel| texel[3] < 128)

@@ -1,4 +1,7 @@
-//! Files in and out: whole or not at all, with errors that name the file.
+//! Files in and out, for the command line and the window: whole or not at all, with errors that name the file.
+
+pub mod loaded_scene;
+pub mod mesh_export;
 
 use std::{
     fs::File,
@@ -10,7 +13,6 @@ use anyhow::{Context as _, anyhow};
 use image::{ExtendedColorType, ImageEncoder as _, RgbaImage, codecs::png::PngEncoder};
 use tempfile::NamedTempFile;
 
-use super::scene_args::{LoadedScene, SceneArgs};
 use crate::{
     scene::{Scene, Tessellation},
     solver::{Solution, solution_file},
@@ -99,27 +101,6 @@ pub fn write_picture(path: &Path, picture: &RgbaImage) -> anyhow::Result<()> {
     let mut bytes = Vec::new();
     PngEncoder::new(&mut bytes).write_image(picture, picture.width(), picture.height(), ExtendedColorType::Rgba8)?;
     write_atomically(path, |writer| Ok(writer.write_all(&bytes)?))
-}
-
-/// A solution with the scene and the elements that it belongs to.
-pub struct SolvedScene {
-    /// The solution.
-    pub solution: Solution,
-    /// The scene, read with the options it was solved with.
-    pub loaded: LoadedScene,
-    /// The elements that carry the solution.
-    pub tessellation: Tessellation,
-}
-
-/// Reads a solution and its scene: an OBJ file or the name of a built-in scene, and a state file, if not the one beside
-/// the scene. The flags that say how a scene is read are not asked for: the solution knows them.
-pub fn open_solved(path: &Path, scene: &Path, state: Option<&Path>) -> anyhow::Result<SolvedScene> {
-    let solution = read_solution(path)?;
-    let load = solution.info.load.clone();
-    let scene = SceneArgs { scene: scene.to_path_buf(), state: state.map(Path::to_path_buf), load };
-    let loaded = scene.load_as_solved(&scene.load)?;
-    let tessellation = elements_of(path, &solution, &loaded.scene)?;
-    Ok(SolvedScene { solution, loaded, tessellation })
 }
 
 /// Cuts a scene into the elements that a solution was computed on; `path` is the solution's, for errors.

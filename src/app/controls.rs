@@ -1,0 +1,55 @@
+//! Rows of a panel: a name, a control, a tooltip on both.
+
+use egui::{DragValue, Response, Ui, Widget};
+
+/// A row of a two-column grid. The control takes the name, for screen readers and tests.
+pub(super) fn row(ui: &mut Ui, name: &str, tooltip: &str, control: impl Widget) -> Response {
+    let label = ui.label(name).on_hover_text(tooltip);
+    let response = ui.add(control).labelled_by(label.id).on_hover_text(tooltip);
+    ui.end_row();
+    response
+}
+
+/// A row of three numbers.
+pub(super) fn vector_row(ui: &mut Ui, name: &str, tooltip: &str, values: &mut [f64; 3], speed: f64) {
+    let label = ui.label(name).on_hover_text(tooltip);
+    ui.horizontal(|ui| {
+        for value in values {
+            let digits = decimals_for(speed);
+            ui.add(DragValue::new(value).speed(speed).max_decimals(digits))
+                .labelled_by(label.id)
+                .on_hover_text(tooltip);
+        }
+    });
+    ui.end_row();
+}
+
+/// Decimals that show steps of this size.
+pub(super) fn decimals_for(step: f64) -> usize {
+    (1.0 - step.max(1e-9).log10()).ceil().clamp(0.0, 9.0) as usize
+}
+
+/// A grid of rows.
+pub(super) fn rows(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
+    egui::Grid::new(name).num_columns(2).spacing([8.0, 5.0]).show(ui, contents);
+}
+
+/// A row for a value that may be left to the program: a box to tick, and the value if it is.
+pub(super) fn optional_row(
+    ui: &mut Ui,
+    name: &str,
+    tooltip: &str,
+    is_set: &mut bool,
+    control: impl FnOnce(&mut Ui, egui::Id),
+) {
+    let label = ui.label(name).on_hover_text(tooltip);
+    ui.horizontal(|ui| {
+        ui.checkbox(is_set, "").labelled_by(label.id).on_hover_text(tooltip);
+        if *is_set {
+            control(ui, label.id);
+        } else {
+            ui.weak("automatic");
+        }
+    });
+    ui.end_row();
+}

@@ -1,0 +1,122 @@
+//! Reading and writing files on threads of their own, so that the window goes on meanwhile.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{Arc, mpsc},
+};
+
+use super::{results::Results, solving::Elements};
+use crate::{
+    files::{self, loaded_scene, loaded_scene::LoadedScene},
+    scene::{Scene, inspect},
+};
+
+/// A scene, ready to be shown.
+pub struct OpenedScene {
+    /// The scene with its state.
+    pub loaded: LoadedScene,
+    /// Its elements, by the state's settings.
+    pub elements: Elements,
+    /// The scene in numbers.
+    pub report: inspect::SceneReport,
+    /// What is to be said about the state and the scene.
+    pub warnings: Vec<String>,
+}
+
+/// Reads a scene (an OBJ file, or the name of the built-in one) with its state.
+///
+/// # Errors
+/// One line: what, where, what to do.
+pub fn open_scene(path: &Path, state: Option<&Path>) -> anyhow::Result<OpenedScene> {
+    let (state, warnings) = loaded_scene::read_state(path, state)?;
+    let options = state.load.clone().unwrap_or_default();
+    prepare(LoadedScene::load(path, state, options)?, warnings)
+}
+
+/// Makes the elements of a scene that was read.
+///
+/// # Errors
+/// One line: what, where, what to do.
+pub fn prepare(loaded: LoadedScene, mut warnings: Vec<String>) -> anyhow::Result<OpenedScene> {
+    warnings.extend(loaded.scene.warnings.iter().map(|warning| format!("{}: {warning}", loaded.path.display())));
+    let settings = loaded.state.settings.clone().unwrap_or_default();
+    let elements =
+        Elements::new(Arc::clone(&loaded.scene), loaded.load.clone(), &settings).map_err(anyhow::Error::msg)?;
+    let report = inspect::report(&loaded.scene);
+    Ok(OpenedScene { loaded, elements, report, warnings })
+}
+
+/// Reads a solution of a scene. The scene is read again if it was solved with other options than it was opened with.
+///
+/// # Errors
+/// One line: what, where, what to do; also for a solution of another scene.
+pub fn open_solution(path: &Path, opened: &LoadedScene, scene: &Arc<Scene>) -> anyhow::Result<Results> {
+    let solution = files::read_solution(path)?;
+    let scene = if solution.info.load == opened.load {
+        Arc::clone(scene)
+    } else {
+        LoadedScene::load(&opened.path, opened.state.clone(), solution.info.load.clone())?.scene
+    };
+    let tessellation = files::elements_of(path, &solution, &scene)?;
+    let elements =
+        Elements::of_tessellation(scene, solution.info.load.clone(), tessellation).map_err(anyhow::Error::msg)?;
+    let total = Arc::new(solution.total());
+    Ok(Results::of_solution(elements, Arc::new(solution), total))
+}
+
+/// What came of a task.
+pub enum Done {
+    /// A scene was read.
+    Scene(Box<OpenedScene>),
+    /// A solution was read, to be shown.
+    Solution(Box<Results>),
+    /// A solution was read, to be compared with.
+    Other(Box<Results>),
+    /// A file was written.
+    Written(PathBuf),
+}
+
+/// Runs tasks and hands over what came of them.
+pub struct Loader {
+    sender: mpsc::Sender<anyhow::Result<Done>>,
+    receiver: mpsc::Receiver<anyhow::Result<Done>>,
+    running: usize,
+    context: egui::Context,
+}
+
+impl Loader {
+    /// Wakes `context` when a task is done.
+    pub fn new(context: egui::Context) -> Self {
+        let (sender, receiver) = mpsc::channel();
+        Self { sender, receiver, running: 0, context }
+    }
+
+    /// Runs a task on a thread of its own.
+    pub fn run(&mut self, task: impl FnOnce() -> anyhow::Result<Done> + Send + 'static) {
+        let (sender, context) = (self.sender.clone(), self.context.clone());
+        let thread = std::thread::Builder::new().name(String::from("files")).spawn(move || {
+            // A window that was closed meanwhile needs no answer.
+            let _ = sender.send(task());
+            context.request_repaint();
+        });
+        match thread {
+            Ok(_) => self.running += 1,
+            Err(error) => {
+                let _ = self.sender.send(Err(anyhow::anyhow!("no thread could be started: {error}")));
+                self.running += 1;
+            }
+        }
+    }
+
+    /// What has been done since the last call.
+    pub fn finished(&mut self) -> Vec<anyhow::Result<Done>> {
+        let done: Vec<_> = self.receiver.try_iter().collect();
+        self.running -= done.len();
+        done
+    }
+
+    /// True while a task runs.
+    pub fn is_busy(&self) -> bool {
+        self.running > 0
+    }
+}

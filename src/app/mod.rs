@@ -1,0 +1,337 @@
+//! The window: a second listener of a solve, beside the command line.
+//!
+//! [`App`] holds the scene with its edits, the solution as far as it is known, and the views. Panels edit what they are
+//! handed and return a [`Command`] for the rest, which [`App`] fulfils once all are drawn (`actions`). Whatever takes
+//! time runs on other threads: solving (`solving`), reading and writing (`loader`).
+
+mod actions;
+pub mod command;
+mod controls;
+pub mod document;
+pub mod file_dialog;
+pub mod fly_camera;
+pub mod frame_times;
+mod help;
+pub mod keys;
+pub mod layout;
+pub mod loader;
+pub mod notices;
+mod panel_light;
+mod panel_scene;
+pub mod panel_solution;
+pub mod panel_solve;
+mod panel_view;
+pub mod picked;
+mod plots;
+pub mod results;
+pub mod solving;
+mod status_bar;
+mod view;
+pub mod view_settings;
+mod window;
+
+use std::{
+    f32::consts::PI,
+    path::{Path, PathBuf},
+    time::Instant,
+};
+
+use egui::{Panel, Ui, util::undoer::Undoer};
+use glam::Vec3;
+
+use command::Command;
+use document::{Document, Edit};
+use file_dialog::FileDialog;
+use fly_camera::FlyCamera;
+use frame_times::FrameTimes;
+use layout::Layout;
+use loader::{Loader, OpenedScene};
+use notices::{Level, Notices};
+use panel_solve::SolveStatus;
+use picked::Picked;
+use results::Results;
+use solving::{Elements, Solving};
+use view_settings::{Source, ViewField};
+pub use window::run;
+
+use crate::{gpu, gpu::ViewFrame};
+
+/// Seconds that each bounce is shown for when they are played back.
+const SECONDS_A_BOUNCE: f32 = 0.7;
+/// The key of the layout in what eframe keeps from run to run.
+const LAYOUT_KEY: &str = "layout";
+
+/// The window's state.
+pub struct App {
+    /// The scene with its edits.
+    pub document: Document,
+    /// The camera of both views.
+    pub camera: FlyCamera,
+    /// The solution, whole or on its way.
+    pub results: Option<Results>,
+    /// A solution to compare with.
+    pub other: Option<Results>,
+    /// Panels and views.
+    pub layout: Layout,
+    /// What was said.
+    pub notices: Notices,
+    /// Frame times.
+    pub frame_times: FrameTimes,
+    /// The clicked point.
+    pub picked: Option<Picked>,
+    /// The question for a file, while it is asked.
+    pub dialog: Option<FileDialog>,
+    /// What was last copied by [`Command::CopyView`].
+    pub copied: Option<String>,
+    fields: [ViewField; 2],
+    solving: Option<Solving>,
+    loader: Loader,
+    undoer: Undoer<Edit>,
+    /// When the playback of the bounces began.
+    playing_since: Option<Instant>,
+    /// The folder of `states` and `screenshots`.
+    folder: PathBuf,
+    context: egui::Context,
+}
+
+impl App {
+    /// The window of a scene; `folder` holds, or will hold, `states` and `screenshots`.
+    pub fn new(creation: &eframe::CreationContext<'_>, opened: OpenedScene, folder: &Path) -> Self {
+        if let Some(render_state) = &creation.wgpu_render_state {
+            gpu::install(render_state);
+        }
+        creation.egui_ctx.set_theme(egui::Theme::Dark);
+        let layout = creation.storage.and_then(|storage| eframe::get_value(storage, LAYOUT_KEY)).unwrap_or_default();
+        let mut notices = Notices::default();
+        for warning in &opened.warnings {
+            notices.say(Level::Warning, warning.as_str());
+        }
+        let camera = FlyCamera::new(&opened.loaded.camera, &opened.loaded.scene);
+        Self {
+            document: Document::new(opened),
+            camera,
+            results: None,
+            other: None,
+            layout: Layout { ambient: true, ..layout },
+            notices,
+            frame_times: FrameTimes::default(),
+            picked: None,
+            dialog: None,
+            copied: None,
+            fields: Default::default(),
+            solving: None,
+            loader: Loader::new(creation.egui_ctx.clone()),
+            undoer: Undoer::default(),
+            playing_since: None,
+            folder: folder.to_path_buf(),
+            context: creation.egui_ctx.clone(),
+        }
+    }
+
+    /// How the solve stands.
+    pub fn status(&self) -> SolveStatus {
+        let solved = self.solving.as_ref().map(|solving| &solving.input);
+        let solved = solved.or(self.results.as_ref().map(|results| &results.input));
+        SolveStatus {
+            running: self.solving.is_some(),
+            paused: self.solving.as_ref().is_some_and(Solving::is_paused),
+            changed: solved.is_some_and(|input| *input != self.document.edit.solve_input()),
+        }
+    }
+
+    /// True while a file is read or written.
+    pub fn is_busy(&self) -> bool {
+        self.loader.is_busy()
+    }
+
+    /// The elements that are shown: the solution's, or the scene's own before there is one.
+    pub fn elements(&self) -> &Elements {
+        self.results.as_ref().map_or(&self.document.elements, |results| &results.elements)
+    }
+
+    fn panels_ui(&mut self, ui: &mut Ui) -> Vec<Command> {
+        let mut commands: Vec<Option<Command>> = Vec::new();
+        let status = self.status();
+        let bar = status_bar::Status {
+            solve: status,
+            results: self.results.as_ref(),
+            busy: self.loader.is_busy(),
+            speed: self.camera.speed,
+            frames: self.frame_times.summary(),
+        };
+        Panel::bottom("status").show(ui, |ui| status_bar::ui(ui, &bar));
+        if self.layout.panels {
+            let panel = Panel::left("panels").default_size(330.0).size_range(260.0..=600.0);
+            panel.show(ui, |ui| {
+                commands.push(panel_solve::buttons_ui(ui, status));
+                ui.separator();
+                egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+                    commands.extend(self.sections_ui(ui));
+                });
+            });
+        }
+        if self.layout.plots {
+            let panel = Panel::bottom("plots").resizable(true).default_size(150.0).size_range(90.0..=500.0);
+            panel.show(ui, |ui| plots::ui(ui, self.results.as_ref()));
+        }
+        commands.into_iter().flatten().collect()
+    }
+
+    fn sections_ui(&mut self, ui: &mut Ui) -> Vec<Option<Command>> {
+        let mut commands = Vec::new();
+        let mut section =
+            |ui: &mut Ui, name: &str, open: bool, contents: &mut dyn FnMut(&mut Ui) -> Option<Command>| {
+                let header = egui::CollapsingHeader::new(egui::RichText::new(name).strong()).default_open(open);
+                header.show(ui, |ui| commands.push(contents(ui)));
+            };
+        let Self { document, layout, results, other, notices, picked, .. } = self;
+        let elements = results.as_ref().map_or(&document.elements, |results| &results.elements).clone();
+        if picked.is_some() {
+            section(ui, "Point", true, &mut |ui| {
+                *picked = picked.filter(|picked| picked.ui(ui, &elements, results.as_ref()));
+                None
+            });
+        }
+        section(ui, "Solver", true, &mut |ui| {
+            panel_solve::ui(ui, &mut document.edit.settings);
+            None
+        });
+        section(ui, "View", true, &mut |ui| {
+            let bounces = results.as_ref().map_or(0, |results| results.bounces.len());
+            let available = panel_view::Available { bounces, other: other.is_some() };
+            panel_view::ui(ui, layout, &mut document.edit.tone_map, available)
+        });
+        section(ui, "Light", false, &mut |ui| panel_light::ui(ui, document));
+        section(ui, "Scene", false, &mut |ui| panel_scene::ui(ui, document));
+        section(ui, "Solution", false, &mut |ui| panel_solution::ui(ui, results.as_ref(), other.as_ref()));
+        section(ui, "Log", false, &mut |ui| {
+            panel_solution::log_ui(ui, notices);
+            None
+        });
+        commands
+    }
+
+    fn view_ui(&mut self, ui: &mut Ui) {
+        for (field, settings) in self.fields.iter_mut().zip(&self.layout.views) {
+            match &self.results {
+                Some(results) => field.update(settings, results, self.other.as_ref()),
+                None => field.clear(),
+            }
+        }
+        let scenery = view::Scenery {
+            frames: [0, 1].map(|number| self.frame(number)),
+            fields: [&self.fields[0], &self.fields[1]],
+            picked: self.picked.map(|picked| (picked, self.elements())),
+        };
+        // The layout is lent out apart, as the scenery borrows from the rest.
+        let mut layout = self.layout.clone();
+        let gestures = view::ui(ui, &mut layout, scenery);
+        self.layout = layout;
+        if let Some(drag) = gestures.look {
+            self.camera.look(drag.x, drag.y);
+        }
+        if gestures.wheel != 0.0 {
+            let size = self.document.size();
+            let faster = f64::from(gestures.wheel / 200.0).exp2();
+            self.camera.speed = (self.camera.speed * faster).clamp(1e-4 * size, 10.0 * size);
+        }
+        if let Some((point, aspect)) = gestures.click {
+            let camera = self.camera.state().to_local(&self.elements().scene.frame);
+            self.picked = Picked::new(self.elements(), &camera, point, aspect);
+        }
+    }
+
+    /// What a view shows now, but for its field.
+    fn frame(&self, number: usize) -> ViewFrame {
+        let shows_other = self.layout.views[number].source == Source::Other;
+        let other = self.other.as_ref().filter(|_| shows_other);
+        let results = other.or(self.results.as_ref());
+        let elements = results.map_or(&self.document.elements, |results| &results.elements);
+        let tone_map = self.document.edit.tone_map;
+        // Bright enough for white surfaces to come near white, whatever the exposure is.
+        let ambient = if self.layout.ambient { 0.4 * PI * tone_map.white / tone_map.exposure.exp2() } else { 0.0 };
+        let frame = &elements.scene.frame;
+        ViewFrame {
+            view: number as u64,
+            geometry: elements.geometry.clone(),
+            materials: self.document.edit.materials.clone(),
+            field: Default::default(),
+            field_version: 0,
+            buried: results.and_then(|results| results.buried.clone()),
+            camera: self.camera.state().to_local(frame),
+            size: [0; 2],
+            shading: gpu::Shading::Radiosity,
+            tone_map,
+            wireframe: false,
+            ambient: Vec3::splat(ambient),
+            light: self.document.edit.light.map(|light| light.to_local(frame)),
+            light_outline: None,
+            antialias: self.layout.antialias,
+        }
+    }
+
+    /// Keys that are held down, dropped files, playback.
+    fn go_on(&mut self, context: &egui::Context) -> Vec<Command> {
+        let mut commands = Vec::new();
+        if self.dialog.is_none() && !context.text_edit_focused() {
+            commands = context.input(keys::commands);
+            let (direction, seconds) = context.input(|input| (keys::flight(input), input.stable_dt.min(0.1)));
+            if direction != Vec3::ZERO {
+                self.camera.fly(direction, f64::from(seconds));
+                context.request_repaint();
+            }
+        }
+        let dropped: Vec<PathBuf> =
+            context.input(|input| input.raw.dropped_files.iter().map(|file| file.path().to_path_buf()).collect());
+        commands.extend(dropped.into_iter().map(actions::dropped));
+        self.play(context);
+        commands
+    }
+
+    fn play(&mut self, context: &egui::Context) {
+        let Some(since) = self.playing_since else { return };
+        let last = self.results.as_ref().map_or(0, |results| results.bounces.len().saturating_sub(1));
+        let bounce = (since.elapsed().as_secs_f32() / SECONDS_A_BOUNCE) as usize;
+        self.layout.views[0].bounce = bounce.min(last);
+        if bounce >= last {
+            self.playing_since = None;
+        }
+        context.request_repaint_after(std::time::Duration::from_millis(50));
+    }
+
+    fn dialog_ui(&mut self, context: &egui::Context) -> Option<Command> {
+        let dialog = self.dialog.as_mut()?;
+        let (command, stays) = dialog.ui(context);
+        if !stays {
+            self.dialog = None;
+        }
+        command
+    }
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
+        self.frame_times.begin();
+        let context = ui.ctx().clone();
+        self.listen();
+        let mut commands = self.go_on(&context);
+        commands.extend(self.panels_ui(ui));
+        let view = egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
+            let area = ui.available_rect_before_wrap();
+            self.view_ui(ui);
+            area
+        });
+        self.notices.ui(&context, view.inner.center_top() + egui::vec2(0.0, 8.0));
+        self.layout.help &= !self.layout.help || help::ui(&context);
+        commands.extend(self.dialog_ui(&context));
+        for command in commands {
+            self.fulfil(command);
+        }
+        self.undoer.feed_state(context.input(|input| input.time), &self.document.edit);
+        self.frame_times.end(frame.info().cpu_usage, self.solving.is_some());
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        eframe::set_value(storage, LAYOUT_KEY, &self.layout);
+    }
+}

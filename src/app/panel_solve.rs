@@ -1,0 +1,120 @@
+//! The panel of the solver: one control for each field of the settings.
+
+use clap::Args as _;
+use egui::{DragValue, Slider, Ui};
+
+use super::{
+    command::Command,
+    controls::{optional_row, row, rows},
+};
+use crate::{math::sequence::Sampler, solver::SolveSettings};
+
+/// What the panel has to know of the solve.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SolveStatus {
+    /// It runs.
+    pub running: bool,
+    /// It is told to wait.
+    pub paused: bool,
+    /// The light, a material or a setting differs from what is being or was solved.
+    pub changed: bool,
+}
+
+/// The text of each field of the settings, by its name: the help of its flag, so that there is one source.
+pub fn setting_help(field: &str) -> String {
+    let command = SolveSettings::augment_args(clap::Command::new("settings"));
+    let argument = command.get_arguments().find(|argument| argument.get_id() == field);
+    argument.and_then(clap::Arg::get_help).map(ToString::to_string).unwrap_or_default()
+}
+
+/// The large buttons.
+pub fn buttons_ui(ui: &mut Ui, status: SolveStatus) -> Option<Command> {
+    let mut command = None;
+    ui.horizontal(|ui| {
+        let solve = egui::Button::new(if status.running { "Restart" } else { "Solve" });
+        let solve = ui.add(solve.min_size([90.0, 28.0].into()));
+        if solve.on_hover_text("ENTER: solve with what is set now").clicked() {
+            command = Some(Command::Solve);
+        }
+        let stop = ui.add_enabled(status.running, egui::Button::new("Stop").min_size([70.0, 28.0].into()));
+        if stop.on_hover_text("ESC: stop and keep the result").clicked() {
+            command = Some(Command::Cancel);
+        }
+        let text = if status.paused { "Go on" } else { "Pause" };
+        let pause = ui.add_enabled(status.running, egui::Button::new(text).min_size([70.0, 28.0].into()));
+        if pause.on_hover_text("P: let the solve wait, or go on").clicked() {
+            command = Some(Command::PauseOrResume);
+        }
+    });
+    if status.changed {
+        ui.colored_label(super::notices::Level::Warning.colour(), "Settings changed: ENTER to restart");
+    }
+    command
+}
+
+/// The controls.
+pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
+    rows(ui, "solver settings", |ui| {
+        let help = setting_help;
+        let rays = Slider::new(&mut settings.rays, 1..=16384).logarithmic(true);
+        row(ui, "Rays", &help("rays"), rays);
+        let light_rays = Slider::new(&mut settings.light_rays, 1..=4096).logarithmic(true);
+        row(ui, "Light rays", &help("light_rays"), light_rays);
+        let mut limited = settings.bounces.is_some();
+        optional_row(ui, "Bounces", &help("bounces"), &mut limited, |ui, label| {
+            let bounces = settings.bounces.get_or_insert(3);
+            ui.add(DragValue::new(bounces).range(0..=1000).speed(0.05)).labelled_by(label);
+        });
+        settings.bounces = settings.bounces.or(limited.then_some(3)).filter(|_| limited);
+        let mut percent = 100.0 * settings.unabsorbed;
+        let unabsorbed = Slider::new(&mut percent, 0.001..=50.0).logarithmic(true).suffix(" %");
+        if row(ui, "Unabsorbed", &help("unabsorbed"), unabsorbed).changed() {
+            settings.unabsorbed = 0.01 * percent;
+        }
+        sampler_row(ui, &mut settings.sampler);
+        row(ui, "Seed", &help("seed"), DragValue::new(&mut settings.seed));
+        row(ui, "Subdivide", &help("subdivide"), Slider::new(&mut settings.subdivide, 0..=8));
+        let mut graded = settings.max_edge.is_some();
+        optional_row(ui, "Longest edge", &help("max_edge"), &mut graded, |ui, label| {
+            let length = settings.max_edge.get_or_insert(0.1);
+            ui.add(DragValue::new(length).range(1e-4..=1e6).speed(0.005).suffix(" m")).labelled_by(label);
+        });
+        settings.max_edge = settings.max_edge.or(graded.then_some(0.1)).filter(|_| graded);
+        let memory = Slider::new(&mut settings.row_memory, 0..=65536).logarithmic(true).suffix(" MiB");
+        row(ui, "Row memory", &help("row_memory"), memory);
+    });
+    if ui.button("Reset settings").on_hover_text("Back to the program's own settings").clicked() {
+        *settings = SolveSettings::default();
+    }
+}
+
+fn sampler_row(ui: &mut Ui, sampler: &mut Sampler) {
+    use clap::ValueEnum as _;
+    let name =
+        |sampler: Sampler| sampler.to_possible_value().map_or_else(String::new, |value| String::from(value.get_name()));
+    let label = ui.label("Sampler").on_hover_text(setting_help("sampler"));
+    let chosen = egui::ComboBox::from_id_salt("sampler").selected_text(name(*sampler)).show_ui(ui, |ui| {
+        for known in Sampler::value_variants() {
+            let value = known.to_possible_value();
+            let help = value.and_then(|value| value.get_help().map(ToString::to_string)).unwrap_or_default();
+            ui.selectable_value(sampler, *known, name(*known)).on_hover_text(help);
+        }
+    });
+    chosen.response.labelled_by(label.id).on_hover_text(setting_help("sampler"));
+    ui.end_row();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_field_of_the_settings_has_a_help_text() -> Result<(), serde_json::Error> {
+        let settings = serde_json::to_value(SolveSettings::default())?;
+        for (name, _) in settings.as_object().into_iter().flatten() {
+            assert!(setting_help(name).len() > 10, "{name}: {:?}", setting_help(name));
+        }
+        assert!(setting_help("rays").contains("Hemisphere rays"));
+        Ok(())
+    }
+}

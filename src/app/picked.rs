@@ -1,0 +1,86 @@
+//! What lies at a clicked point of the surface.
+
+use egui::Ui;
+use glam::{Vec2, Vec3};
+
+use super::{results::Results, solving::Elements};
+use crate::{
+    scene::{Camera, mesh::interpolate},
+    trace::{NO_TRIANGLE, Ray, RayTracer as _},
+};
+
+/// Back faces that a click goes through.
+const MAX_PASSED_FACES: u32 = 64;
+
+/// A point of the surface, by its scene triangle: elements may change under it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Picked {
+    /// The scene's triangle.
+    pub triangle: u32,
+    /// Where in it.
+    pub barycentric: Vec2,
+}
+
+impl Picked {
+    /// The first front face seen through a point of the picture: (0,0) is its top left corner, (1,1) the bottom right.
+    pub fn new(elements: &Elements, camera: &Camera, picture_point: Vec2, aspect: f32) -> Option<Self> {
+        let direction = camera.direction(picture_point, aspect).try_normalize()?;
+        let mut ray =
+            Ray { origin: camera.position, direction, max_distance: f32::INFINITY, origin_triangle: NO_TRIANGLE };
+        for _ in 0..MAX_PASSED_FACES {
+            let hit = elements.tracer.closest_hit(&ray)?;
+            if hit.front {
+                return Some(Self { triangle: hit.triangle, barycentric: hit.barycentric });
+            }
+            ray.origin += hit.distance * direction;
+            ray.origin_triangle = hit.triangle;
+        }
+        None
+    }
+
+    /// The point in local units.
+    pub fn position(&self, elements: &Elements) -> Vec3 {
+        elements.scene.mesh.position(self.triangle, self.barycentric)
+    }
+
+    /// Draws what is known of the point. False once it is to be forgotten.
+    pub fn ui(&self, ui: &mut Ui, elements: &Elements, results: Option<&Results>) -> bool {
+        let scene = &elements.scene;
+        let place = scene.frame.point_to_metres(self.position(elements));
+        let reflectance = scene.reflectance(self.triangle, self.barycentric);
+        let (element, local) = elements.tessellation.locate(self.triangle, self.barycentric);
+        let vertices = elements.tessellation.mesh.triangles[element as usize];
+        let stays = ui.horizontal(|ui| {
+            ui.strong(&scene.material(self.triangle).name);
+            !ui.small_button("x").on_hover_text("Forget the point").clicked()
+        });
+        ui.label(format!("at {:.3}, {:.3}, {:.3} m", place.x, place.y, place.z));
+        ui.label(format!("reflectance {}", triple(reflectance)));
+        let Some(results) = results else { return stays.inner };
+        let at = |field: &[Vec3]| interpolate(vertices.map(|vertex| field[vertex as usize]), local);
+        let total = at(&results.total);
+        ui.label(format!("irradiance {} W/m²", triple(total)));
+        let sum = total.element_sum().max(1e-30);
+        egui::Grid::new("point's bounces").num_columns(3).striped(true).show(ui, |ui| {
+            for (bounce, field) in results.bounces.iter().enumerate() {
+                let value = at(field);
+                ui.label(if bounce == 0 { String::from("direct") } else { format!("bounce {bounce}") });
+                ui.label(triple(value));
+                ui.label(format!("{:.1} %", 100.0 * value.element_sum() / sum));
+                ui.end_row();
+            }
+        });
+        egui::CollapsingHeader::new("Its vertices").show(ui, |ui| {
+            for vertex in vertices {
+                let buried = results.solution.as_ref().is_some_and(|solution| solution.buried[vertex as usize]);
+                let remark = if buried { ", buried" } else { "" };
+                ui.label(format!("{vertex}: {}{remark}", triple(results.total[vertex as usize])));
+            }
+        });
+        stays.inner
+    }
+}
+
+fn triple(value: Vec3) -> String {
+    format!("{:.3} {:.3} {:.3}", value.x, value.y, value.z)
+}

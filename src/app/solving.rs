@@ -1,0 +1,269 @@
+//! A solve as the window runs it: a thread of its own makes the elements, starts the job and listens to it, so that
+//! the thread that draws never waits.
+
+use std::{
+    sync::{
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, Ordering::Relaxed},
+        mpsc,
+    },
+    time::{Duration, Instant},
+};
+
+use glam::Vec3;
+
+use crate::{
+    gpu::ViewGeometry,
+    scene::{LoadOptions, Material, Scene, Tessellation, area_light::AreaLightState},
+    solver::{Job, Message, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower},
+    trace::Tracer,
+};
+
+/// Time between two looks at the live field.
+const LIVE_INTERVAL: Duration = Duration::from_millis(50);
+
+/// A scene with what a solve needs of it.
+#[derive(Clone)]
+pub struct Elements {
+    /// The scene, with its materials as they were edited.
+    pub scene: Arc<Scene>,
+    /// How it was read.
+    pub load: LoadOptions,
+    /// Its elements.
+    pub tessellation: Arc<Tessellation>,
+    /// Its ray tracer.
+    pub tracer: Arc<Tracer>,
+    /// The elements, ready to be drawn.
+    pub geometry: Arc<ViewGeometry>,
+}
+
+impl Elements {
+    /// Cuts a scene and builds its tree.
+    ///
+    /// # Errors
+    /// One line, for settings out of range or elements without end.
+    pub fn new(scene: Arc<Scene>, load: LoadOptions, settings: &SolveSettings) -> Result<Self, String> {
+        if let Some(problem) = settings.problem() {
+            return Err(problem);
+        }
+        let tessellation = Tessellation::new(&scene, &settings.tessellation())?;
+        Self::of_tessellation(scene, load, tessellation)
+    }
+
+    /// Builds the tree of a scene that is cut already.
+    ///
+    /// # Errors
+    /// One line, if the elements are too many to draw.
+    pub fn of_tessellation(scene: Arc<Scene>, load: LoadOptions, tessellation: Tessellation) -> Result<Self, String> {
+        let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
+        let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
+        Ok(Self { scene, load, tessellation: Arc::new(tessellation), tracer, geometry })
+    }
+}
+
+/// All that decides a solution: what ENTER takes from the panels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolveInput {
+    /// The placed light.
+    pub light: Option<AreaLightState>,
+    /// The settings.
+    pub settings: SolveSettings,
+    /// The materials, as edited.
+    pub materials: Arc<Vec<Material>>,
+}
+
+/// News from a solve, in order.
+pub enum SolveEvent {
+    /// The elements are made, and the job has begun.
+    Started(Elements),
+    /// How far it has come.
+    Progress(Progress),
+    /// A bounce is complete.
+    Bounce {
+        /// Irradiance of the bounce alone [W/m²].
+        irradiance: Arc<Vec<Vec3>>,
+        /// Its power.
+        power: BouncePower,
+        /// Fraction of the emitted power still unabsorbed.
+        unabsorbed: f64,
+    },
+    /// It has ended: complete, or cancelled with what it had.
+    Finished {
+        /// The solution.
+        solution: Arc<Solution>,
+        /// The sum of its bounces [W/m²].
+        total: Arc<Vec<Vec3>>,
+        /// What it did.
+        report: Box<SolveReport>,
+    },
+    /// It could not be done; one line.
+    Failed(String),
+}
+
+/// What the solve's thread and the window share.
+#[derive(Default)]
+struct Shared {
+    cancelled: AtomicBool,
+    paused: AtomicBool,
+    live: Mutex<Option<Arc<Vec<Vec3>>>>,
+}
+
+/// A running solve. Dropping it cancels the solve.
+pub struct Solving {
+    /// What it was started with.
+    pub input: SolveInput,
+    /// When ENTER was pressed.
+    pub started: Instant,
+    events: mpsc::Receiver<SolveEvent>,
+    shared: Arc<Shared>,
+}
+
+impl Solving {
+    /// Starts a solve of `base`'s scene; its elements are used again if the settings still ask for them. `wake` is
+    /// called when there is news.
+    ///
+    /// # Errors
+    /// If no thread can be made.
+    pub fn start(
+        base: Elements,
+        made_with: SolveSettings,
+        input: SolveInput,
+        wake: impl Fn() + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let (sender, events) = mpsc::channel();
+        let shared = Arc::new(Shared::default());
+        let work = Work { base, made_with, input: input.clone(), shared: Arc::clone(&shared), sender };
+        std::thread::Builder::new().name(String::from("solve watcher")).spawn(move || {
+            work.run(&wake);
+            wake();
+        })?;
+        Ok(Self { input, started: Instant::now(), events, shared })
+    }
+
+    /// News since the last call.
+    pub fn events(&self) -> impl Iterator<Item = SolveEvent> + '_ {
+        self.events.try_iter()
+    }
+
+    /// The total irradiance as far as it is known, if there is a newer one than at the last call.
+    pub fn take_live(&self) -> Option<Arc<Vec<Vec3>>> {
+        self.shared.live.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// Asks the solve to stop and keep what it has.
+    pub fn cancel(&self) {
+        self.shared.cancelled.store(true, Relaxed);
+    }
+
+    /// Whether the solve is told to wait.
+    pub fn is_paused(&self) -> bool {
+        self.shared.paused.load(Relaxed)
+    }
+
+    /// Tells the solve to wait, or to go on.
+    pub fn set_paused(&self, paused: bool) {
+        self.shared.paused.store(paused, Relaxed);
+    }
+}
+
+impl Drop for Solving {
+    fn drop(&mut self) {
+        self.cancel();
+    }
+}
+
+/// What the thread works on.
+struct Work {
+    base: Elements,
+    made_with: SolveSettings,
+    input: SolveInput,
+    shared: Arc<Shared>,
+    sender: mpsc::Sender<SolveEvent>,
+}
+
+impl Work {
+    fn run(self, wake: &impl Fn()) {
+        let job = self.elements().and_then(|elements| {
+            let problem = Problem {
+                scene: Arc::clone(&elements.scene),
+                tracer: elements.tracer.clone(),
+                tessellation: Arc::clone(&elements.tessellation),
+                load: elements.load.clone(),
+                light: self.input.light,
+                settings: self.input.settings.clone(),
+            };
+            self.send(SolveEvent::Started(elements));
+            Job::start(problem, 0).map_err(|error| format!("the solver's threads could not be started: {error}"))
+        });
+        match job {
+            Ok(job) => self.watch(job, wake),
+            Err(problem) => self.send(SolveEvent::Failed(problem)),
+        }
+    }
+
+    fn elements(&self) -> Result<Elements, String> {
+        let same_materials = self.base.scene.materials == *self.input.materials;
+        if same_materials && self.made_with.tessellation() == self.input.settings.tessellation() {
+            if let Some(problem) = self.input.settings.problem() {
+                return Err(problem);
+            }
+            return Ok(self.base.clone());
+        }
+        let scene = if same_materials {
+            Arc::clone(&self.base.scene)
+        } else {
+            Arc::new(Scene { materials: self.input.materials.to_vec(), ..Scene::clone(&self.base.scene) })
+        };
+        Elements::new(scene, self.base.load.clone(), &self.input.settings)
+    }
+
+    fn watch(&self, job: Job, wake: &impl Fn()) {
+        let mut last_live = Instant::now();
+        while !job.is_finished() {
+            if self.shared.cancelled.load(Relaxed) {
+                job.monitor().cancel();
+            } else if self.shared.paused.load(Relaxed) {
+                job.monitor().pause();
+            } else {
+                job.monitor().resume();
+            }
+            if let Some(message) = job.next_message(Duration::from_millis(10)) {
+                self.forward(message, &job);
+                wake();
+            }
+            if last_live.elapsed() >= LIVE_INTERVAL {
+                self.show_live(&job);
+                last_live = Instant::now();
+                wake();
+            }
+        }
+        job.messages().for_each(|message| self.forward(message, &job));
+        let ended = job.finish().map(|(solution, report)| SolveEvent::Finished {
+            total: Arc::new(solution.total()),
+            solution: Arc::new(solution),
+            report: Box::new(report),
+        });
+        let panicked =
+            || SolveEvent::Failed(String::from("the solver stopped by an error of its own; please report it"));
+        self.send(ended.unwrap_or_else(panicked));
+    }
+
+    fn show_live(&self, job: &Job) {
+        let field = Arc::new(job.monitor().live_field());
+        *self.shared.live.lock().unwrap_or_else(PoisonError::into_inner) = Some(field);
+    }
+
+    fn forward(&self, message: Message, job: &Job) {
+        self.send(match message {
+            Message::Progress(progress) => SolveEvent::Progress(progress),
+            Message::Bounce { irradiance, power, .. } => {
+                SolveEvent::Bounce { irradiance, power, unabsorbed: job.monitor().progress().unabsorbed }
+            }
+        });
+    }
+
+    /// A window that no longer listens is no reason to stop: it has cancelled the solve, too.
+    fn send(&self, event: SolveEvent) {
+        let _ = self.sender.send(event);
+    }
+}

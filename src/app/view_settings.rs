@@ -1,0 +1,270 @@
+//! What a view shows.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::results::{Field, Results};
+use crate::{
+    gpu::{FalseColorRange, Shading},
+    math::color::luminance,
+};
+
+/// The quantity that a view shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Shown {
+    /// Radiance that leaves the surfaces.
+    Radiosity,
+    /// Irradiance, all bounces.
+    Irradiance,
+    /// Irradiance of bounce 0.
+    Direct,
+    /// Irradiance of the bounces from 1 on.
+    Indirect,
+    /// Irradiance of one bounce alone.
+    Bounce,
+    /// Radiosity of the bounces up to one.
+    UpToBounce,
+    /// Reflectance.
+    Albedo,
+    /// Shading normals.
+    Normals,
+}
+
+impl Shown {
+    /// All of them, in the order of the key V.
+    pub const ALL: [Self; 8] = [
+        Self::Radiosity,
+        Self::Irradiance,
+        Self::Direct,
+        Self::Indirect,
+        Self::Bounce,
+        Self::UpToBounce,
+        Self::Albedo,
+        Self::Normals,
+    ];
+
+    /// Its name in the panel.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Radiosity => "radiosity",
+            Self::Irradiance => "irradiance",
+            Self::Direct => "direct",
+            Self::Indirect => "indirect",
+            Self::Bounce => "one bounce",
+            Self::UpToBounce => "up to bounce",
+            Self::Albedo => "albedo",
+            Self::Normals => "normals",
+        }
+    }
+
+    /// What it is, for the tooltip.
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Radiosity => "Light that leaves the surfaces: emission plus reflectance times irradiance",
+            Self::Irradiance => "Light that arrives, as if all surfaces were white",
+            Self::Direct => "Light that arrives straight from the lights (bounce 0)",
+            Self::Indirect => "Light that arrives after one reflection or more",
+            Self::Bounce => "Light that arrives after that many reflections",
+            Self::UpToBounce => "Radiosity if light stopped after that many reflections",
+            Self::Albedo => "Reflectance of the surfaces, without light",
+            Self::Normals => "Direction of the surface as a colour",
+        }
+    }
+
+    /// The next one.
+    pub fn next(self) -> Self {
+        let place = Self::ALL.iter().position(|known| *known == self).unwrap_or(0);
+        Self::ALL[(place + 1) % Self::ALL.len()]
+    }
+
+    /// True if it is told by the number of a bounce.
+    pub fn has_bounce(self) -> bool {
+        matches!(self, Self::Bounce | Self::UpToBounce)
+    }
+
+    /// True if it has no light in it.
+    pub fn is_unlit(self) -> bool {
+        matches!(self, Self::Albedo | Self::Normals)
+    }
+}
+
+/// Which solution a view shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Source {
+    /// The present one.
+    Present,
+    /// The one that was kept or read for comparison.
+    Other,
+    /// How far they are apart at each vertex.
+    Difference,
+}
+
+/// The settings of one view.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ViewSettings {
+    /// What is shown.
+    pub shown: Shown,
+    /// The bounce, where one is asked for.
+    pub bounce: usize,
+    /// Which solution.
+    pub source: Source,
+    /// Edges of the elements over it.
+    pub wireframe: bool,
+    /// False colours.
+    pub false_colour: bool,
+    /// The false colours' range is logarithmic.
+    pub logarithmic: bool,
+    /// Upper end of the false colours [W/m²]; by the field's own values if none.
+    pub maximum: Option<f32>,
+    /// Hatches the elements around buried vertices.
+    pub buried: bool,
+}
+
+impl Default for ViewSettings {
+    fn default() -> Self {
+        Self {
+            shown: Shown::Radiosity,
+            bounce: 1,
+            source: Source::Present,
+            wireframe: false,
+            false_colour: false,
+            logarithmic: false,
+            maximum: None,
+            buried: false,
+        }
+    }
+}
+
+/// A field for a view, with what it was made of, so that it is made again only if that changed.
+#[derive(Clone)]
+pub struct ViewField {
+    /// The field [W/m²].
+    pub field: Field,
+    /// Counts the fields that this view has shown.
+    pub version: u64,
+    /// The value that most of the field stays below [W/m²], for the false colours.
+    pub bright: f32,
+    made_of: Option<MadeOf>,
+}
+
+#[derive(Clone)]
+struct MadeOf {
+    settings: (Shown, usize, Source),
+    present: (Field, usize),
+    other: Option<Field>,
+}
+
+impl Default for ViewField {
+    fn default() -> Self {
+        Self { field: Arc::default(), version: 0, bright: 1.0, made_of: None }
+    }
+}
+
+impl ViewField {
+    /// Makes the field that the settings ask for, unless it is there already.
+    pub fn update(&mut self, settings: &ViewSettings, present: &Results, other: Option<&Results>) {
+        let made_of = MadeOf {
+            settings: (settings.shown, settings.bounce, settings.source),
+            present: (Arc::clone(&present.total), present.bounces.len()),
+            other: other.map(|other| Arc::clone(&other.total)),
+        };
+        if self.made_of.as_ref().is_some_and(|before| before.is_same(&made_of)) {
+            return;
+        }
+        self.field = match (settings.source, other) {
+            (Source::Other, Some(other)) => field_of(settings, other),
+            (Source::Difference, Some(other)) => difference(&field_of(settings, present), &field_of(settings, other)),
+            _ => field_of(settings, present),
+        };
+        self.bright = bright_value(&self.field);
+        self.version += 1;
+        self.made_of = Some(made_of);
+    }
+
+    /// Forgets the field, for a scene without a solution.
+    pub fn clear(&mut self) {
+        if self.made_of.take().is_some() {
+            *self = Self { version: self.version + 1, ..Self::default() };
+        }
+    }
+}
+
+impl MadeOf {
+    fn is_same(&self, other: &Self) -> bool {
+        let same_other = match (&self.other, &other.other) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (None, None) => true,
+            _ => false,
+        };
+        self.settings == other.settings
+            && same_other
+            && self.present.1 == other.present.1
+            && Arc::ptr_eq(&self.present.0, &other.present.0)
+    }
+}
+
+fn field_of(settings: &ViewSettings, results: &Results) -> Field {
+    match settings.shown {
+        Shown::Radiosity | Shown::Irradiance | Shown::Albedo | Shown::Normals => Arc::clone(&results.total),
+        // Until bounce 0 is complete, the live field is direct light and nothing else.
+        Shown::Direct => results.bounces.first().map_or_else(|| Arc::clone(&results.total), Arc::clone),
+        Shown::Indirect => results.sum(1, usize::MAX),
+        Shown::Bounce => results.bounces.get(settings.bounce).map_or_else(|| results.sum(1, 0), Arc::clone),
+        Shown::UpToBounce => results.sum(0, settings.bounce),
+    }
+}
+
+/// The absolute difference at each vertex; nothing where the elements differ.
+fn difference(present: &Field, other: &Field) -> Field {
+    if present.len() != other.len() {
+        return Arc::new(vec![Vec3::ZERO; present.len()]);
+    }
+    Arc::new(present.iter().zip(other.iter()).map(|(a, b)| (*a - *b).abs()).collect())
+}
+
+/// The luminance that all but 2 % of the vertices stay below, from at most some thousand of them; at least 1e-6.
+fn bright_value(field: &Field) -> f32 {
+    let step = (field.len() / 4096).max(1);
+    let mut values: Vec<f32> = field.iter().step_by(step).map(|value| luminance(*value)).collect();
+    values.sort_unstable_by(f32::total_cmp);
+    values.get(values.len() * 98 / 100).copied().unwrap_or(1.0).max(1e-6)
+}
+
+impl ViewSettings {
+    /// How the surfaces are shaded, with the false colours' range by a field's bright value.
+    pub fn shading(&self, bright: f32) -> Shading {
+        if (self.false_colour || self.source == Source::Difference) && !self.shown.is_unlit() {
+            return Shading::FalseColor(self.range(bright));
+        }
+        match self.shown {
+            Shown::Radiosity | Shown::UpToBounce => Shading::Radiosity,
+            Shown::Irradiance | Shown::Direct | Shown::Indirect | Shown::Bounce => Shading::Irradiance,
+            Shown::Albedo => Shading::Albedo,
+            Shown::Normals => Shading::Normals,
+        }
+    }
+
+    /// The false colours' range; a logarithmic one spans three decades.
+    pub fn range(&self, bright: f32) -> FalseColorRange {
+        let maximum = self.maximum.unwrap_or(bright).max(1e-9);
+        let minimum = if self.logarithmic { 1e-3 * maximum } else { 0.0 };
+        FalseColorRange { minimum, maximum, logarithmic: self.logarithmic }
+    }
+
+    /// What the view shows, in words.
+    pub fn title(&self) -> String {
+        let mut title = String::from(self.shown.name());
+        if self.shown.has_bounce() {
+            let name = if self.shown == Shown::Bounce { "bounce" } else { "up to bounce" };
+            title = format!("{name} {}", self.bounce);
+        }
+        match self.source {
+            Source::Present => title,
+            Source::Other => format!("{title}, other solution"),
+            Source::Difference => format!("{title}, difference [W/m²]"),
+        }
+    }
+}

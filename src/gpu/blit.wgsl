@@ -1,0 +1,30 @@
+// Copies a picture of sRGB-coded values, pixel by pixel.
+
+@group(0) @binding(0) var picture: texture_2d<f32>;
+// Its top left pixel in the window; zw unused.
+@group(0) @binding(1) var<uniform> origin: vec4i;
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    // A triangle that covers the viewport.
+    return vec4f(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+fn pixel(position: vec4f) -> vec4f {
+    let last = vec2i(textureDimensions(picture)) - 1;
+    return textureLoad(picture, clamp(vec2i(position.xy) - origin.xy, vec2i(0), last), 0);
+}
+
+// For a window that takes sRGB-coded values.
+@fragment
+fn coded(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    return pixel(position);
+}
+
+// For a window that codes linear values by itself.
+@fragment
+fn linear(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let value = pixel(position);
+    let curved = pow((value.rgb + 0.055) / 1.055, vec3f(2.4));
+    return vec4f(select(curved, value.rgb / 12.92, value.rgb <= vec3f(0.04045)), value.a);
+}

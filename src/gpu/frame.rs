@@ -1,0 +1,172 @@
+//! What one view shows in one frame, and the uniforms that all its shaders share.
+
+use std::sync::Arc;
+
+use glam::{Mat4, Vec2, Vec3, Vec4};
+
+use super::{ViewGeometry, false_color, projection::view_projection};
+use crate::{
+    math::color::{ToneCurve, ToneMap},
+    scene::{AreaLight, Camera, Material},
+};
+
+/// The uniforms' declaration, the tone map and the false colours in WGSL; every shader of a view begins with it.
+pub const FRAME_WGSL: &str = include_str!("frame.wgsl");
+
+/// What colour a surface gets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shading {
+    /// Radiance that leaves the surface: emitted + ρE/π, reflectance textures per pixel.
+    Radiosity,
+    /// Irradiance, as the radiance E/π of a white surface.
+    Irradiance,
+    /// Reflectance, without tone map.
+    Albedo,
+    /// Shading normals: (n + 1)/2 as colour.
+    Normals,
+    /// The field's luminance in false colours ([`false_color::color`]). A scalar field is shown by giving its value
+    /// to all three bands: that is its own luminance.
+    FalseColor(FalseColorRange),
+}
+
+/// The values at the two ends of the false colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FalseColorRange {
+    /// The value that gets the first colour; above 0 if `logarithmic`.
+    pub minimum: f32,
+    /// The value that gets the last colour.
+    pub maximum: f32,
+    /// Equal steps of colour are equal ratios.
+    pub logarithmic: bool,
+}
+
+impl FalseColorRange {
+    /// The place of a value in the range: 0 at `minimum`, 1 at `maximum`; not clamped. What the shader computes.
+    pub fn place(&self, value: f32) -> f32 {
+        let scale = |value: f32| if self.logarithmic { value.max(1e-30).log2() } else { value };
+        let [low, high] = [scale(self.minimum), scale(self.maximum)];
+        (scale(value) - low) / (high - low).max(1e-30)
+    }
+}
+
+/// Everything that one view shows in one frame. Cheap to make: the large parts are shared.
+#[derive(Clone)]
+pub struct ViewFrame {
+    /// Which view: each number has its own picture and its own copy of the field on the card.
+    pub view: u64,
+    /// The elements.
+    pub geometry: Arc<ViewGeometry>,
+    /// The materials as they are now: the scene's, with edited reflectances and emission. As many as the scene's, with
+    /// the same textures. Uploaded again when this is another `Arc`.
+    pub materials: Arc<Vec<Material>>,
+    /// Irradiance [W/m²] at the tessellation's vertices. Where it is too short, 0 is shown.
+    pub field: Arc<Vec<Vec3>>,
+    /// The field is uploaded when this number or the geometry differs from the last frame's.
+    pub field_version: u64,
+    /// True for vertices that are buried: elements around them are hatched. Uploaded when this is another `Arc`.
+    pub buried: Option<Arc<Vec<bool>>>,
+    /// The camera.
+    pub camera: Camera,
+    /// Width and height in pixels. `paint_callback` sets it.
+    pub size: [u32; 2],
+    /// What colour a surface gets.
+    pub shading: Shading,
+    /// From radiance to colour.
+    pub tone_map: ToneMap,
+    /// Draws the elements' edges.
+    pub wireframe: bool,
+    /// Irradiance [W/m²] added for looking round an unlit scene, in the views of radiosity and irradiance; 0 for none.
+    /// A surface seen edge-on gets half of it, so that shapes show.
+    pub ambient: Vec3,
+    /// The placed area light: drawn as a rectangle that shines to its front.
+    pub light: Option<AreaLight>,
+    /// sRGB-coded colour of the light's outline, 2 pixels wide; none without.
+    pub light_outline: Option<Vec3>,
+    /// Four samples a pixel along the edges of surfaces.
+    pub antialias: bool,
+}
+
+/// Uniforms of a frame, laid out as `FrameUniforms` in `frame.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct FrameUniforms {
+    /// Local units to clip space.
+    pub view_projection: Mat4,
+    /// Eye point.
+    pub eye: Vec3,
+    /// Number of the [`Shading`].
+    pub shading: u32,
+    /// Width and height in pixels.
+    pub viewport: Vec2,
+    /// 2^exposure / white.
+    pub exposure_scale: f32,
+    /// 1 / gamma.
+    pub inverse_gamma: f32,
+    /// Irradiance added for looking round.
+    pub ambient: Vec3,
+    /// 1 for the filmic curve.
+    pub filmic: u32,
+    /// Ends of the false colours.
+    pub range: Vec2,
+    /// 1 for a logarithmic range.
+    pub logarithmic: u32,
+    /// Length in pixels of a typical edge of the elements at depth 1.
+    pub edge_pixels: f32,
+    /// The light's centre.
+    pub light_centre: Vec3,
+    /// Width in pixels of the light's outline.
+    pub outline_width: f32,
+    /// The light's half-extent u; w unused.
+    pub light_u: Vec4,
+    /// The light's half-extent v; w unused.
+    pub light_v: Vec4,
+    /// The light's radiance; w unused.
+    pub light_radiance: Vec4,
+    /// Colour of the outline; w unused.
+    pub outline_color: Vec4,
+    /// Stops of the false colours; w unused.
+    pub false_colors: [Vec4; false_color::STOPS.len()],
+}
+
+impl FrameUniforms {
+    /// The uniforms of a frame.
+    pub fn new(frame: &ViewFrame) -> Self {
+        let [width, height] = frame.size.map(|pixels| pixels.max(1) as f32);
+        let (shading, range) = match frame.shading {
+            Shading::Radiosity => (0, None),
+            Shading::Irradiance => (1, None),
+            Shading::Albedo => (2, None),
+            Shading::Normals => (3, None),
+            Shading::FalseColor(range) => (4, Some(range)),
+        };
+        let range = range.unwrap_or(FalseColorRange { minimum: 0.0, maximum: 1.0, logarithmic: false });
+        let ToneMap { exposure, white, gamma, curve } = frame.tone_map;
+        let no_light = AreaLight {
+            centre: Vec3::ZERO,
+            half_extent_u: Vec3::ZERO,
+            half_extent_v: Vec3::ZERO,
+            radiance: Vec3::ZERO,
+        };
+        let light = frame.light.unwrap_or(no_light);
+        Self {
+            view_projection: view_projection(&frame.camera, width / height),
+            eye: frame.camera.position,
+            shading,
+            viewport: Vec2::new(width, height),
+            exposure_scale: exposure.exp2() / white.max(1e-6),
+            inverse_gamma: 1.0 / gamma.max(1e-3),
+            ambient: frame.ambient,
+            filmic: u32::from(curve == ToneCurve::Filmic),
+            range: Vec2::new(range.minimum, range.maximum),
+            logarithmic: u32::from(range.logarithmic),
+            edge_pixels: frame.geometry.typical_edge() * 0.5 * height / frame.camera.tan_half_fov,
+            light_centre: light.centre,
+            outline_width: if frame.light_outline.is_some() { 2.0 } else { 0.0 },
+            light_u: light.half_extent_u.extend(0.0),
+            light_v: light.half_extent_v.extend(0.0),
+            light_radiance: light.radiance.extend(0.0),
+            outline_color: frame.light_outline.unwrap_or(Vec3::ONE).extend(0.0),
+            false_colors: std::array::from_fn(|index| false_color::stop(index).extend(0.0)),
+        }
+    }
+}

@@ -1,0 +1,45 @@
+//! A [`ViewGeometry`] on the card: streams that never change, shared by all views.
+
+use std::sync::Arc;
+
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+use super::{ViewGeometry, geometry::MaterialDraw, textures::TextureGroups};
+
+/// Buffers and textures of a geometry.
+pub struct MeshBuffers {
+    pub(super) positions: wgpu::Buffer,
+    pub(super) normals: wgpu::Buffer,
+    pub(super) texcoords: wgpu::Buffer,
+    pub(super) indices: wgpu::Buffer,
+    pub(super) edges: wgpu::Buffer,
+    pub(super) edge_index_count: u32,
+    pub(super) draws: Vec<MaterialDraw>,
+    pub(super) textures: TextureGroups,
+}
+
+impl MeshBuffers {
+    /// Uploads a geometry.
+    pub(super) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        texture_layout: &wgpu::BindGroupLayout,
+        geometry: &Arc<ViewGeometry>,
+    ) -> Self {
+        let buffer = |label, contents: &[u8], usage| {
+            device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage })
+        };
+        let vertex = wgpu::BufferUsages::VERTEX;
+        let index = wgpu::BufferUsages::INDEX;
+        Self {
+            positions: buffer("positions", bytemuck::cast_slice(&geometry.positions), vertex),
+            normals: buffer("normals", bytemuck::cast_slice(&geometry.normals), vertex),
+            texcoords: buffer("texture coordinates", bytemuck::cast_slice(&geometry.texcoords), vertex),
+            indices: buffer("triangles", bytemuck::cast_slice(&geometry.indices), index),
+            edges: buffer("edges", bytemuck::cast_slice(&geometry.edges), index),
+            edge_index_count: 2 * geometry.edges.len() as u32,
+            draws: geometry.draws.clone(),
+            textures: TextureGroups::new(device, queue, texture_layout, &geometry.scene),
+        }
+    }
+}

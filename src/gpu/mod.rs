@@ -1,0 +1,31 @@
+//! Drawing on the graphics card: the view of a solution that the window shows.
+//!
+//! One pass is one Rust file and one shader beside it: [`mesh_view`] (the elements), [`wireframe`] (their edges over
+//! it), [`light_view`] (the placed area light) and [`blit`] (a finished picture into the window). [`viewer`] is the only
+//! file that knows their order. Group 0 of every shader of a view is `frame.wgsl`: camera, tone map, what is shown.
+//!
+//! Nothing here needs more than WebGPU's core, so it also runs on OpenGL: no storage buffers, no compute shaders. The
+//! field is a stream of vertices that is written again when it changes.
+
+pub mod blit;
+#[cfg(feature = "app")]
+pub mod callback;
+pub mod device;
+pub mod false_color;
+pub mod frame;
+pub mod geometry;
+pub mod light_view;
+pub mod mesh_buffers;
+pub mod mesh_view;
+pub mod projection;
+mod targets;
+mod textures;
+pub mod viewer;
+pub mod wireframe;
+
+#[cfg(feature = "app")]
+pub use callback::{install, paint_callback};
+pub use frame::{FalseColorRange, Shading, ViewFrame};
+pub use geometry::ViewGeometry;
+pub use projection::{project, view_projection};
+pub use viewer::Viewer;

@@ -1,0 +1,310 @@
+//! All views of the window: what each keeps on the card, when it is drawn again, and the order of its passes.
+
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Weak},
+};
+
+use glam::Vec3;
+
+use super::{
+    ViewFrame, ViewGeometry,
+    blit::{Blit, BlitInputs},
+    frame::FrameUniforms,
+    light_view::LightView,
+    mesh_buffers::MeshBuffers,
+    mesh_view::{Layouts, MaterialUniforms, MeshInputs, MeshView},
+    targets::Targets,
+    wireframe::Wireframe,
+};
+use crate::scene::Material;
+
+/// Bytes between the uniforms of two materials: WebGPU's largest `min_uniform_buffer_offset_alignment`.
+const MATERIAL_STRIDE: usize = 256;
+
+/// Draws views, each into a picture of its own. Several views of one geometry share its buffers.
+pub struct Viewer {
+    layouts: Layouts,
+    blit: Blit,
+    /// By number of samples; made when they are first needed.
+    passes: BTreeMap<u32, Passes>,
+    meshes: Vec<(Weak<ViewGeometry>, Arc<MeshBuffers>)>,
+    views: BTreeMap<u64, ViewState>,
+}
+
+struct Passes {
+    mesh: MeshView,
+    wireframe: Wireframe,
+    light: LightView,
+}
+
+/// What a view keeps between frames.
+struct ViewState {
+    frame_buffer: wgpu::Buffer,
+    frame_group: wgpu::BindGroup,
+    targets: Targets,
+    shown: BlitInputs,
+    /// None before the first frame.
+    contents: Option<Contents>,
+    drawn: Option<Drawn>,
+}
+
+/// The parts of a view that depend on its geometry.
+struct Contents {
+    geometry: Arc<ViewGeometry>,
+    mesh: Arc<MeshBuffers>,
+    irradiance: wgpu::Buffer,
+    field_version: Option<u64>,
+    buried: wgpu::Buffer,
+    buried_source: Option<Arc<Vec<bool>>>,
+    material_buffer: wgpu::Buffer,
+    material_group: wgpu::BindGroup,
+    material_source: Arc<Vec<Material>>,
+}
+
+/// All that decides what a picture looks like, besides [`Contents`]: a view is drawn again if any of it differs.
+#[derive(Clone, PartialEq)]
+struct Drawn {
+    uniforms: FrameUniforms,
+    size: [u32; 2],
+    samples: u32,
+    wireframe: bool,
+    light: bool,
+}
+
+impl Viewer {
+    /// For windows of this format. The shaders are compiled when the first view is drawn.
+    pub fn new(device: &wgpu::Device, target_format: wgpu::TextureFormat) -> Self {
+        Self {
+            layouts: Layouts::new(device),
+            blit: Blit::new(device, target_format),
+            passes: BTreeMap::new(),
+            meshes: Vec::new(),
+            views: BTreeMap::new(),
+        }
+    }
+
+    /// Records what is needed to bring a view's picture up to date, if it is not: true if it is drawn again.
+    pub fn draw(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &ViewFrame,
+    ) -> bool {
+        let frame = &ViewFrame { size: drawable_size(device, frame.size), ..frame.clone() };
+        let samples = if frame.antialias { 4 } else { 1 };
+        let mesh = self.mesh(device, queue, &frame.geometry);
+        let passes = self.passes.entry(samples).or_insert_with(|| Passes {
+            mesh: MeshView::new(device, &self.layouts, samples),
+            wireframe: Wireframe::new(device, &self.layouts, samples),
+            light: LightView::new(device, &self.layouts, samples),
+        });
+        let new_view = || ViewState::new(device, &self.layouts, &self.blit, frame.size, samples);
+        let view = self.views.entry(frame.view).or_insert_with(new_view);
+        if view.targets.size != frame.size || view.targets.samples != samples {
+            view.targets = Targets::new(device, frame.size, samples);
+            view.shown = self.blit.inputs(device, &view.targets.picture_view);
+        }
+        let uploaded = view.upload_contents(device, queue, &self.layouts, mesh, frame);
+        let drawn = Drawn {
+            uniforms: FrameUniforms::new(frame),
+            size: frame.size,
+            samples,
+            wireframe: frame.wireframe,
+            light: frame.light.is_some(),
+        };
+        if !uploaded && view.drawn.as_ref() == Some(&drawn) {
+            return false;
+        }
+        queue.write_buffer(&view.frame_buffer, 0, bytemuck::bytes_of(&drawn.uniforms));
+        view.record(encoder, passes, &drawn);
+        view.drawn = Some(drawn);
+        true
+    }
+
+    /// Moves a view's top left corner to this pixel of the window.
+    pub fn place(&self, queue: &wgpu::Queue, view: u64, origin: [i32; 2]) {
+        if let Some(view) = self.views.get(&view) {
+            view.shown.place(queue, origin);
+        }
+    }
+
+    /// Copies a view's picture into a pass over the window; nothing if the view was not drawn.
+    pub fn show(&self, pass: &mut wgpu::RenderPass<'_>, view: u64) {
+        if let Some(view) = self.views.get(&view) {
+            self.blit.record(pass, &view.shown);
+        }
+    }
+
+    /// A view's picture: sRGB-coded `Rgba8Unorm`, which can be copied from.
+    pub fn picture(&self, view: u64) -> Option<&wgpu::Texture> {
+        self.views.get(&view).map(|view| &view.targets.picture)
+    }
+
+    /// Frees all that a view holds.
+    pub fn close(&mut self, view: u64) {
+        self.views.remove(&view);
+    }
+
+    /// The geometry's buffers, uploaded if they are not there yet; those of geometries that are gone are freed.
+    fn mesh(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, geometry: &Arc<ViewGeometry>) -> Arc<MeshBuffers> {
+        let is_it = |(known, _): &&(Weak<ViewGeometry>, _)| std::ptr::eq(known.as_ptr(), Arc::as_ptr(geometry));
+        if let Some((_, mesh)) = self.meshes.iter().find(is_it) {
+            return Arc::clone(mesh);
+        }
+        self.meshes.retain(|(known, _)| known.strong_count() > 0);
+        let mesh = Arc::new(MeshBuffers::new(device, queue, &self.layouts.textures, geometry));
+        self.meshes.push((Arc::downgrade(geometry), Arc::clone(&mesh)));
+        mesh
+    }
+}
+
+impl ViewState {
+    fn new(device: &wgpu::Device, layouts: &Layouts, blit: &Blit, size: [u32; 2], samples: u32) -> Self {
+        let frame_buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("frame"),
+            size: size_of::<FrameUniforms>() as u64,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let frame_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("frame"),
+            layout: &layouts.frame,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame_buffer.as_entire_binding() }],
+        });
+        let targets = Targets::new(device, size, samples);
+        let shown = blit.inputs(device, &targets.picture_view);
+        Self { frame_buffer, frame_group, targets, shown, contents: None, drawn: None }
+    }
+
+    /// Uploads what differs from the last frame's geometry, field, buried vertices and materials; true if any did.
+    fn upload_contents(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        layouts: &Layouts,
+        mesh: Arc<MeshBuffers>,
+        frame: &ViewFrame,
+    ) -> bool {
+        let same = |contents: &Contents| {
+            Arc::ptr_eq(&contents.geometry, &frame.geometry) && contents.material_source.len() == frame.materials.len()
+        };
+        let kept = self.contents.take().filter(same);
+        let is_new = kept.is_none();
+        let contents = self.contents.insert(kept.unwrap_or_else(|| Contents::new(device, layouts, mesh, frame)));
+        let uploads = [
+            contents.upload_field(queue, frame),
+            contents.upload_buried(queue, frame),
+            contents.upload_materials(queue, frame, is_new),
+        ];
+        is_new || uploads.contains(&true)
+    }
+
+    fn record(&self, encoder: &mut wgpu::CommandEncoder, passes: &Passes, drawn: &Drawn) {
+        let Some(contents) = &self.contents else { return };
+        let mut pass = self.targets.begin(encoder);
+        let inputs = MeshInputs {
+            frame: &self.frame_group,
+            irradiance: &contents.irradiance,
+            buried: &contents.buried,
+            materials: &contents.material_source,
+            material_group: &contents.material_group,
+            material_stride: MATERIAL_STRIDE as u32,
+        };
+        passes.mesh.record(&mut pass, &contents.mesh, &inputs);
+        if drawn.wireframe {
+            passes.wireframe.record(&mut pass, &self.frame_group, &contents.mesh);
+        }
+        if drawn.light {
+            passes.light.record(&mut pass, &self.frame_group);
+        }
+    }
+}
+
+impl Contents {
+    fn new(device: &wgpu::Device, layouts: &Layouts, mesh: Arc<MeshBuffers>, frame: &ViewFrame) -> Self {
+        let buffer = |label, size: usize, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: size as u64,
+                usage: usage | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let vertices = frame.geometry.vertex_count();
+        let material_bytes = MATERIAL_STRIDE * frame.materials.len().max(1);
+        let material_buffer = buffer("materials", material_bytes, wgpu::BufferUsages::UNIFORM);
+        let one_material = wgpu::BufferBinding {
+            buffer: &material_buffer,
+            offset: 0,
+            size: wgpu::BufferSize::new(size_of::<MaterialUniforms>() as u64),
+        };
+        let material_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("materials"),
+            layout: &layouts.material,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::Buffer(one_material) }],
+        });
+        Self {
+            geometry: Arc::clone(&frame.geometry),
+            mesh,
+            irradiance: buffer("irradiance", vertices * size_of::<Vec3>(), wgpu::BufferUsages::VERTEX),
+            field_version: None,
+            buried: buffer("buried", vertices * size_of::<f32>(), wgpu::BufferUsages::VERTEX),
+            buried_source: None,
+            material_buffer,
+            material_group,
+            material_source: Arc::clone(&frame.materials),
+        }
+    }
+
+    fn upload_field(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) -> bool {
+        if self.field_version == Some(frame.field_version) {
+            return false;
+        }
+        self.field_version = Some(frame.field_version);
+        if self.geometry.copies.is_empty() && frame.field.len() == self.geometry.field_len {
+            queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(&frame.field));
+        } else {
+            queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(&self.geometry.expand(&frame.field)));
+        }
+        true
+    }
+
+    /// A new buffer holds zeros: nothing is buried.
+    fn upload_buried(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) -> bool {
+        let same = match (&self.buried_source, &frame.buried) {
+            (None, None) => true,
+            (Some(known), Some(wanted)) => Arc::ptr_eq(known, wanted),
+            _ => false,
+        };
+        if same {
+            return false;
+        }
+        self.buried_source = frame.buried.clone();
+        let flags = self.buried_source.as_deref().map_or(&[][..], Vec::as_slice);
+        let flags: Vec<f32> =
+            self.geometry.expand(flags).into_iter().map(|buried| f32::from(u8::from(buried))).collect();
+        queue.write_buffer(&self.buried, 0, bytemuck::cast_slice(&flags));
+        true
+    }
+
+    fn upload_materials(&mut self, queue: &wgpu::Queue, frame: &ViewFrame, is_new: bool) -> bool {
+        if !is_new && Arc::ptr_eq(&self.material_source, &frame.materials) {
+            return false;
+        }
+        self.material_source = Arc::clone(&frame.materials);
+        let mut bytes = vec![0; MATERIAL_STRIDE * self.material_source.len()];
+        for (place, material) in bytes.chunks_exact_mut(MATERIAL_STRIDE).zip(self.material_source.iter()) {
+            let uniforms = MaterialUniforms::new(&self.geometry.scene, material);
+            place[..size_of::<MaterialUniforms>()].copy_from_slice(bytemuck::bytes_of(&uniforms));
+        }
+        queue.write_buffer(&self.material_buffer, 0, &bytes);
+        true
+    }
+}
+
+/// A size that the card can draw: at least one pixel.
+fn drawable_size(device: &wgpu::Device, size: [u32; 2]) -> [u32; 2] {
+    size.map(|pixels| pixels.clamp(1, device.limits().max_texture_dimension_2d))
+}
