@@ -1,91 +1,20 @@
-//! The window, without a screen: its panels, keys and pictures, drawn by real wgpu (a software driver will do).
+//! The window: its keys, panels and pictures.
 #![cfg(feature = "app")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use std::{
-    path::{Path, PathBuf},
-    time::{Duration, Instant},
-};
+#[path = "common/window.rs"]
+mod common;
 
+use common::*;
 use egui::{Event, Key, Modifiers};
 use egui_kittest::{Harness, kittest::Queryable as _};
 use glam::DVec3;
 use image::RgbaImage;
-use radiosity::{
-    app::{App, command::Command, loader, notices::Level, view_settings::Shown},
-    files::loaded_scene::{self, LoadedScene},
-    gpu::device,
+use radiosity::app::{
+    App,
+    command::Command,
+    view_settings::{Shown, Source},
 };
-
-const SIZE: [f32; 2] = [1000.0, 640.0];
-
-/// The window with a small Cornell box, or nothing where no graphics driver is installed.
-fn window(folder: &Path) -> Option<Harness<'static, App>> {
-    if let Err(reason) = device::headless() {
-        println!("skipped: {reason}");
-        return None;
-    }
-    let (mut state, warnings) = loaded_scene::read_state(Path::new("cornell"), None).unwrap();
-    let settings = state.settings.as_mut().unwrap();
-    (settings.rays, settings.light_rays, settings.subdivide, settings.bounces) = (32, 8, 2, Some(3));
-    let options = state.load.clone().unwrap_or_default();
-    let loaded = LoadedScene::load(Path::new("cornell"), state, options).unwrap();
-    let opened = loader::prepare(loaded, warnings).unwrap();
-    let folder = folder.to_path_buf();
-    let mut harness =
-        Harness::builder().with_size(SIZE).wgpu().build_eframe(|creation| App::new(creation, opened, &folder));
-    harness.run_steps(4);
-    Some(harness)
-}
-
-fn press(window: &mut Harness<'_, App>, key: Key) {
-    window.key_press(key);
-    window.run_steps(2);
-}
-
-fn press_with(window: &mut Harness<'_, App>, modifiers: Modifiers, key: Key) {
-    window.key_press_modifiers(modifiers, key);
-    window.run_steps(2);
-}
-
-fn run_until(window: &mut Harness<'_, App>, what: &str, is_done: impl Fn(&App) -> bool) {
-    let started = Instant::now();
-    while !is_done(window.state()) {
-        assert!(started.elapsed() < Duration::from_secs(60), "waited a minute for: {what}");
-        std::thread::sleep(Duration::from_millis(5));
-        window.run_steps(1);
-    }
-    window.run_steps(1);
-}
-
-fn solve(window: &mut Harness<'_, App>) {
-    press(window, Key::Enter);
-    run_until(window, "the end of the solve", |app| is_solved(app) && !app.status().running);
-}
-
-fn is_solved(app: &App) -> bool {
-    app.results.as_ref().is_some_and(|results| results.solution.is_some())
-}
-
-fn errors(app: &App) -> Vec<&str> {
-    app.notices.lines.iter().filter(|line| line.level == Level::Error).map(|line| line.text.as_str()).collect()
-}
-
-/// Mean colour of a part of the view; x and y go from 0 to 1 over the view's area beside the panels.
-fn colour_at(picture: &RgbaImage, window: &Harness<'_, App>, x: f32, y: f32) -> [f32; 3] {
-    let app = window.state();
-    let left = if app.layout.panels { 331.0 } else { 0.0 };
-    let bottom = SIZE[1] - if app.layout.plots { 180.0 } else { 26.0 };
-    let (column, row) = (left + x * (SIZE[0] - left), y * bottom);
-    let mut sum = [0.0; 3];
-    for (dx, dy) in (0..25).map(|index| (index % 5, index / 5)) {
-        let pixel = picture.get_pixel(column as u32 + dx - 2, row as u32 + dy - 2);
-        for (total, value) in sum.iter_mut().zip(pixel.0) {
-            *total += f32::from(value) / 25.0;
-        }
-    }
-    sum
-}
 
 #[test]
 fn the_box_is_seen_at_once_and_solved_after_one_key() {
@@ -133,7 +62,8 @@ fn the_window_solves_to_the_bits_of_the_command_line() {
 fn the_keys_of_panels_and_views_do_what_the_help_says() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut window) = window(folder.path()) else { return };
-    let toggles: [(Key, fn(&App) -> bool); 8] = [
+    type IsOn = fn(&App) -> bool;
+    let toggles: [(Key, IsOn); 8] = [
         (Key::F1, |app| app.layout.help),
         (Key::F2, |app| app.layout.panels),
         (Key::F3, |app| app.layout.plots),
@@ -242,94 +172,6 @@ fn escape_stops_a_solve_and_keeps_what_it_has() {
 }
 
 #[test]
-fn states_are_saved_by_alt_and_number_and_loaded_by_the_number() {
-    let folder = tempfile::tempdir().unwrap();
-    let Some(mut window) = window(folder.path()) else { return };
-    press_with(&mut window, Modifiers::ALT, Key::Num3);
-    assert!(folder.path().join("states/3.toml").is_file());
-    let saved = window.state().state();
-    press(&mut window, Key::Space);
-    let app = window.state_mut();
-    app.camera.look(50.0, 20.0);
-    app.document.edit.settings.rays = 77;
-    app.document.edit.tone_map.exposure = -2.0;
-    press(&mut window, Key::Num3);
-    let loaded = window.state().state();
-    assert_eq!((loaded.light, &loaded.settings, loaded.tone_map), (saved.light, &saved.settings, saved.tone_map));
-    let [eye, target] = [loaded.camera, saved.camera].map(|camera| DVec3::from_array(camera.unwrap().target));
-    assert!(eye.distance(target) < 1e-9);
-    press(&mut window, Key::Num7);
-    assert!(window.state().notices.lines.last().unwrap().text.contains("7.toml"));
-}
-
-#[test]
-fn a_bad_scene_is_a_notice_and_a_good_one_replaces_the_old() {
-    let folder = tempfile::tempdir().unwrap();
-    let Some(mut window) = window(folder.path()) else { return };
-    let bad = folder.path().join("bad.obj");
-    std::fs::write(&bad, "this is no mesh\n").unwrap();
-    window.state_mut().fulfil(Command::OpenScene(bad));
-    run_until(&mut window, "the error", |app| !app.is_busy());
-    assert!(errors(window.state())[0].contains("bad.obj"));
-    assert_eq!(window.state().document.loaded.scene.name, "cornell");
-
-    let good: PathBuf = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tests/furnace-50.obj");
-    press(&mut window, Key::M);
-    assert!(window.state().dialog.is_some());
-    window.event(Event::Text(good.display().to_string()));
-    window.run_steps(2);
-    press(&mut window, Key::Enter);
-    run_until(&mut window, "the scene", |app| !app.is_busy());
-    assert_eq!(window.state().document.loaded.scene.name, "furnace-50");
-    assert!(window.state().results.is_none() && window.state().dialog.is_none());
-}
-
-#[test]
-fn a_mesh_and_a_solution_are_saved_and_the_solution_is_loaded_again() {
-    let folder = tempfile::tempdir().unwrap();
-    let Some(mut window) = window(folder.path()) else { return };
-    press(&mut window, Key::O);
-    assert!(window.state().dialog.is_some());
-    press(&mut window, Key::Escape);
-    assert!(window.state().dialog.is_none());
-    solve(&mut window);
-    let [mesh, solution] = ["mesh.ply", "solution.safetensors"].map(|name| folder.path().join(name));
-    window.state_mut().fulfil(Command::SaveMesh(mesh.clone()));
-    window.state_mut().fulfil(Command::SaveSolution(solution.clone()));
-    run_until(&mut window, "the files", |app| !app.is_busy());
-    assert!(std::fs::read(mesh).unwrap().starts_with(b"ply\n"));
-    let saved = window.state().results.as_ref().unwrap().total.clone();
-    window.state_mut().document.edit.light = None;
-    window.state_mut().fulfil(Command::LoadSolution(solution));
-    run_until(&mut window, "the solution", |app| !app.is_busy());
-    let app = window.state();
-    assert!(errors(app).is_empty(), "{:?}", errors(app));
-    assert_eq!(app.results.as_ref().unwrap().total, saved);
-    assert!(app.document.edit.light.is_some() && !app.status().changed);
-}
-
-#[test]
-fn camera_and_light_go_through_a_line_of_text() {
-    let folder = tempfile::tempdir().unwrap();
-    let Some(mut window) = window(folder.path()) else { return };
-    window.event(Event::Copy);
-    window.run_steps(2);
-    let line = window.state().copied.clone().unwrap();
-    assert_eq!(line.lines().count(), 1);
-    let before = window.state().camera;
-    press(&mut window, Key::Space);
-    window.state_mut().camera.look(80.0, 10.0);
-    window.event(Event::Paste(line));
-    window.run_steps(2);
-    let app = window.state();
-    assert!(app.camera.forward.distance(before.forward) < 1e-9 && app.camera.position == before.position);
-    assert_eq!(app.document.edit.light, app.document.original.light);
-    window.event(Event::Paste(String::from("not a view")));
-    window.run_steps(2);
-    assert_eq!(errors(window.state()).len(), 1);
-}
-
-#[test]
 fn a_click_tells_about_the_surface_and_every_panel_opens() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut window) = window(folder.path()) else { return };
@@ -346,4 +188,83 @@ fn a_click_tells_about_the_surface_and_every_panel_opens() {
         window.run_steps(12);
     }
     assert!(errors(window.state()).is_empty());
+}
+
+#[test]
+fn the_light_is_moved_and_turned_by_its_handles() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    let light = |window: &Harness<'_, App>| window.state().document.edit.light.unwrap();
+    let normal = |window: &Harness<'_, App>| {
+        let light = light(window);
+        DVec3::from_array(light.u).cross(DVec3::from_array(light.v)).normalize()
+    };
+    let before = light(&window);
+    let camera = window.state().camera;
+    let centre = on_screen(&window, DVec3::from_array(before.centre));
+    drag(&mut window, centre, centre + egui::vec2(40.0, 30.0));
+    let moved = DVec3::from_array(light(&window).centre) - DVec3::from_array(before.centre);
+    assert!(moved.dot(camera.right()) > 0.01 && moved.y < -0.01, "right and down: {moved}");
+    assert!(moved.dot(camera.forward).abs() < 1e-6 && window.state().camera.forward == camera.forward);
+
+    let old = normal(&window);
+    let length = 0.5 * (DVec3::from_array(before.u).length() + DVec3::from_array(before.v).length());
+    let tip = on_screen(&window, DVec3::from_array(light(&window).centre) + length * old);
+    drag(&mut window, tip, tip + egui::vec2(40.0, 0.0));
+    assert!(normal(&window).dot(camera.right()) > old.dot(camera.right()) + 0.1);
+    assert!((DVec3::from_array(light(&window).u).length() - DVec3::from_array(before.u).length()).abs() < 1e-6);
+}
+
+#[test]
+fn a_changed_reflectance_shows_at_once_and_is_solved_at_the_next_enter() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    solve(&mut window);
+    let first = window.state().results.as_ref().unwrap().total.clone();
+    let before = window.render().unwrap();
+    let edit = &mut window.state_mut().document.edit;
+    let mut materials = edit.materials.to_vec();
+    for material in &mut materials {
+        material.reflectance = glam::Vec3::new(0.1, 0.1, 0.9);
+    }
+    edit.materials = materials.into();
+    window.run_steps(3);
+    let after = window.render().unwrap();
+    let [red, _, blue] = colour_at(&after, &window, 0.24, 0.5);
+    assert!(blue > red, "the red wall is blue now");
+    assert_ne!(before, after);
+    assert!(window.state().status().changed);
+    solve(&mut window);
+    assert_ne!(window.state().results.as_ref().unwrap().total, first);
+    assert!(!window.state().status().changed);
+}
+
+#[test]
+fn the_second_view_shows_a_kept_solution_and_the_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    solve(&mut window);
+    window.state_mut().fulfil(Command::KeepForComparison);
+    window.state_mut().document.edit.light.as_mut().unwrap().radiance = [1.0, 1.0, 40.0];
+    solve(&mut window);
+    press(&mut window, Key::X);
+    let views = &mut window.state_mut().layout.views;
+    (views[1].shown, views[1].source) = (Shown::Radiosity, Source::Other);
+    window.run_steps(3);
+    let other = window.render().unwrap();
+    let area = window.state().view_area;
+    let differing = |picture: &RgbaImage| {
+        let [left, middle] = [area.left(), area.center().x].map(|column| column as u32 + 4);
+        let pairs = (0..middle - left - 8).flat_map(|x| (60..area.bottom() as u32 - 4).map(move |y| (x, y)));
+        pairs.filter(|&(x, y)| picture.get_pixel(left + x, y) != picture.get_pixel(middle + x, y)).count()
+    };
+    assert!(differing(&other) > 20_000, "the kept solution has another light: {}", differing(&other));
+    window.state_mut().layout.views[1].source = Source::Difference;
+    window.run_steps(3);
+    assert_ne!(window.render().unwrap(), other);
+    for section in ["Solver", "View", "Solution"] {
+        window.get_by_label(section).click();
+        window.run_steps(12);
+    }
+    window.get_by_label_contains("From the other solution");
 }

@@ -5,17 +5,19 @@
 #![cfg(feature = "gpu")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use std::{f32::consts::PI, path::Path, sync::Arc};
+use std::{f32::consts::PI, path::Path, sync::Arc, time::Instant};
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use image::RgbaImage;
 use radiosity::{
     gpu::{FalseColorRange, Shading, ViewFrame, ViewGeometry, Viewer, device, false_color},
     math::color::{ToneCurve, ToneMap},
     render::{RenderSettings, Subject, View, render},
     scene::{
-        AreaLight, Camera, LoadOptions, Material, Scene, Tessellation, Texture, builtin, load::load_from_memory,
-        tessellate::TessellationOptions, texture::TextureFilter,
+        AreaLight, Camera, LoadOptions, Material, Scene, Tessellation, Texture, builtin,
+        load::{load, load_from_memory},
+        tessellate::TessellationOptions,
+        texture::TextureFilter,
     },
     solver::State,
     trace::Tracer,
@@ -218,12 +220,21 @@ fn the_wireframe_hides_behind_surfaces_and_is_as_bright_as_the_cpus() {
     let covered = |image: &RgbaImage| difference(image, &none, 24).1;
     println!("covered {} and {}", covered(&lines), covered(&cpu));
     assert!((covered(&lines) / covered(&cpu) - 1.0).abs() < 0.3);
-    // From outside, behind the back wall, all faces are seen from behind or hidden.
-    let camera = Camera { position: Vec3::new(0.0, 0.0, 3.0), forward: Vec3::NEG_Z, right: Vec3::X, ..subjects.camera };
-    let outside = ViewFrame { camera, light: None, ..frame };
-    let without = stage.picture(&ViewFrame { wireframe: false, ..outside.clone() });
-    let (mean, share) = difference(&stage.picture(&outside), &without, 2);
-    println!("outside {mean} {share}");
+    // From behind the back wall, all faces near the camera are seen from behind: their edges are no more drawn than they
+    // are, and what is seen through them differs from the picture without lines by as much as lines cover.
+    let behind = Camera {
+        position: 2.0 * subjects.camera.forward,
+        forward: -subjects.camera.forward,
+        right: -subjects.camera.right,
+        ..subjects.camera
+    };
+    let frame = ViewFrame { camera: behind, light: None, ..frame };
+    let (lines, cpu) = (stage.picture(&frame), subjects.rendered(&frame, View::Wireframe));
+    assert_alike("cornell-behind", &lines, &cpu, 12.0, 1.0);
+    let none = stage.picture(&ViewFrame { wireframe: false, ..frame });
+    let covered = |image: &RgbaImage| difference(image, &none, 24).1;
+    println!("covered {} and {} from behind", covered(&lines), covered(&cpu));
+    assert!((covered(&lines) / covered(&cpu) - 1.0).abs() < 0.3);
 }
 
 #[test]
@@ -251,6 +262,23 @@ fn textures_are_read_as_the_cpu_reads_them() {
             assert_alike(&name, &stage.picture(&frame), &cpu, 0.3, 0.01);
         }
     }
+}
+
+#[test]
+fn with_several_samples_a_pixel_textures_are_smoothed_too() {
+    let Some(mut stage) = Stage::new() else { return };
+    // A checkerboard of 1.3 squares a pixel: read once a pixel, each is black or white.
+    let mut scene = square("newmtl wall\nKd 0.9 0.9 0.9\n", 65.0);
+    let texels = vec![[0, 0, 0, 255], [255; 4], [255; 4], [0, 0, 0, 255]];
+    scene.textures = vec![Texture::new(String::from("checkers"), 2, 2, texels, TextureFilter::Nearest)];
+    scene.materials[0].reflectance_texture = Some(0);
+    let subjects = Subjects::new(scene, 1, CAMERA, |_, _| Vec3::splat(PI));
+    let smooth = ViewFrame { antialias: true, ..subjects.frame([100, 100], Shading::Radiosity) };
+    let cpu = subjects.rendered(&smooth, View::Radiosity);
+    let smooth_error = difference(&stage.picture(&smooth), &cpu, 2).0;
+    let rough_error = difference(&stage.picture(&ViewFrame { antialias: false, ..smooth }), &cpu, 2).0;
+    println!("mean difference {smooth_error} smoothed, {rough_error} not");
+    assert!(smooth_error < 0.6 * rough_error);
 }
 
 #[test]
@@ -369,4 +397,69 @@ fn the_light_shines_to_its_front_and_has_an_outline_two_pixels_wide() {
     assert_eq!([15, 16, 17, 18, 30].map(|column| outlined[(column, 30)].0[1]), [0, 255, 255, 0, 0]);
     let turned = AreaLight { half_extent_u: -light.half_extent_u, ..light };
     assert_eq!(stage.picture(&ViewFrame { light: Some(turned), ..frame })[(30, 30)].0, [13, 13, 13, 255]);
+}
+
+/// Frame times at 1280×720; run with `cargo test --test gpu_view -- --ignored --nocapture time_of_a_frame`.
+#[test]
+#[ignore = "a measurement, not a check"]
+fn time_of_a_frame() {
+    let Some(mut stage) = Stage::new() else { return };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/atrium/atrium.obj");
+    let atrium = || {
+        let scene = load(&path, &LoadOptions::default()).unwrap();
+        let state = std::fs::read_to_string(path.with_extension("toml")).unwrap();
+        let camera = State::from_toml(&state).unwrap().0.camera.unwrap().to_local(&scene.frame);
+        Subjects::new(scene, 0, camera, varied)
+    };
+    let subjects = [("cornell 5", Subjects::cornell(5)), ("atrium", atrium()), ("cornell 8", Subjects::cornell(8))];
+    for (name, subjects) in &subjects {
+        let geometry = &subjects.geometry;
+        let start = Instant::now();
+        let again = ViewGeometry::new(&subjects.scene, &subjects.tessellation).unwrap();
+        println!("{name}: prepared in {:.1} ms, {} bytes", 1000.0 * start.elapsed().as_secs_f64(), again.bytes());
+        println!("{name}: {} vertices, {} triangles", geometry.vertex_count(), geometry.triangle_count());
+        let plain = subjects.frame([1280, 720], Shading::Radiosity);
+        let frames = [
+            ("1 sample", plain.clone()),
+            ("4 samples", ViewFrame { antialias: true, ..plain.clone() }),
+            ("4 samples, wireframe", ViewFrame { antialias: true, wireframe: true, ..plain.clone() }),
+            (
+                "4 samples, false colours",
+                ViewFrame {
+                    antialias: true,
+                    shading: Shading::FalseColor(FalseColorRange { minimum: 0.0, maximum: 3.0, logarithmic: false }),
+                    ..plain
+                },
+            ),
+        ];
+        for (what, frame) in frames {
+            let [moved, new_field] = [false, true].map(|new_field| frame_times(&mut stage, &frame, new_field));
+            let median = |times: &[[f64; 2]]| {
+                [0, 1].map(|column| {
+                    let mut sorted: Vec<f64> = times.iter().map(|time| time[column]).collect();
+                    sorted.sort_by(f64::total_cmp);
+                    sorted[sorted.len() / 2]
+                })
+            };
+            let (first, moved, new_field) = (moved[0], median(&moved[1..]), median(&new_field[1..]));
+            println!("  {what}, ms recorded and drawn: first {first:.1?}, then {moved:.1?}, new field {new_field:.1?}");
+        }
+        let picture = stage.picture(&ViewFrame { antialias: true, ..subjects.frame([1280, 720], Shading::Radiosity) });
+        picture.save(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"))).unwrap();
+    }
+}
+
+/// Milliseconds for each of some frames by a moving camera: until recorded, and until the picture is finished.
+fn frame_times(stage: &mut Stage, frame: &ViewFrame, new_field: bool) -> Vec<[f64; 2]> {
+    let times = (0..8).map(|step| {
+        let position = frame.camera.position + 1e-4 * step as f32 * frame.camera.right;
+        let field_version = if new_field { 100 + step } else { 1 };
+        let moved = ViewFrame { camera: Camera { position, ..frame.camera }, field_version, ..frame.clone() };
+        let start = Instant::now();
+        stage.draw(&moved);
+        let recorded = start.elapsed();
+        stage.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        [recorded, start.elapsed()].map(|time| 1000.0 * time.as_secs_f64())
+    });
+    times.collect()
 }

@@ -139,7 +139,6 @@ impl App {
 
     fn listen_to_solve(&mut self) {
         let Some(solving) = &self.solving else { return };
-        let seconds = solving.started.elapsed().as_secs_f64();
         let mut ended = false;
         for event in solving.events() {
             match event {
@@ -151,7 +150,7 @@ impl App {
                 event => {
                     ended |= matches!(event, SolveEvent::Finished { .. });
                     if let Some(results) = &mut self.results {
-                        results.take(event, seconds);
+                        results.take(event);
                     }
                 }
             }
@@ -218,12 +217,22 @@ impl App {
         (self.results, self.other, self.solving, self.picked) = (None, None, None, None);
         self.undoer = Default::default();
         self.layout.ambient = true;
-        self.context.send_viewport_cmd(egui::ViewportCommand::Title(self.title()));
     }
 
-    /// The window's title.
-    pub(super) fn title(&self) -> String {
-        format!("Radiosity: {}", self.document.loaded.scene.name)
+    /// The window's title names the scene and how its solve stands.
+    pub(super) fn update_title(&mut self) {
+        let solved = self.results.as_ref().and_then(|results| results.solution.as_ref());
+        let stands = match solved {
+            _ if self.solving.is_some() => ", solving",
+            Some(solution) if solution.info.complete => ", solved",
+            Some(_) => ", cancelled",
+            None => "",
+        };
+        let title = format!("Radiosity: {}{stands}", self.document.loaded.scene.name);
+        if title != self.title {
+            self.context.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
     }
 
     fn show_solution(&mut self, results: Results) {

@@ -9,7 +9,8 @@ pub(super) fn ui(context: &egui::Context) -> bool {
     let mut stays = true;
     let window = egui::Window::new("Help").collapsible(false).resizable(false).open(&mut stays);
     window.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
-        egui::ScrollArea::vertical().max_height(context.content_rect().height() - 120.0).show(ui, |ui| {
+        let height = context.content_rect().height() - 120.0;
+        egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
             egui::Grid::new("keys").num_columns(2).spacing([16.0, 4.0]).striped(true).show(ui, |ui| {
                 for (keys, action) in HELP {
                     ui.label(RichText::new(keys).strong().monospace());

@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::{command::Command, file_dialog::Purpose};
 
 /// The keys as the help shows them, with what they do.
-pub const HELP: [(&str, &str); 25] = [
+pub const HELP: [(&str, &str); 27] = [
     ("W A S D", "fly forward, left, back, right"),
     ("Q E", "fly down, up"),
     ("left drag", "look round"),
@@ -16,8 +16,10 @@ pub const HELP: [(&str, &str); 25] = [
     ("ENTER", "solve; again: start anew with what is set now"),
     ("ESC", "stop solving and keep the result (or close help and dialogs)"),
     ("P", "let the solve wait, or go on"),
-    ("M", "load a mesh (OBJ); dropping a file on the window does it, too"),
+    ("M", "load a mesh (OBJ); or drop one on the window"),
     ("O", "save the solution as a mesh (PLY)"),
+    ("CTRL + S", "save the solution"),
+    ("CTRL + L", "load a solution"),
     ("ALT + number", "save camera, light, settings and tone map to states/"),
     ("number", "load the state of that number"),
     ("F12, ALT + Print", "screenshot to screenshots/"),
@@ -74,7 +76,12 @@ fn command(event: &Event) -> Option<Command> {
 fn key_command(key: Key, modifiers: Modifiers) -> Option<Command> {
     if modifiers.command {
         let undo = if modifiers.shift { Command::Redo } else { Command::Undo };
-        return (key == Key::Z).then_some(undo);
+        return match key {
+            Key::Z => Some(undo),
+            Key::S => Some(Command::Ask(Purpose::SaveSolution)),
+            Key::L => Some(Command::Ask(Purpose::LoadSolution)),
+            _ => None,
+        };
     }
     if let Some(digit) = DIGITS.iter().position(|&known| known == key) {
         let digit = digit as u8;

@@ -14,6 +14,7 @@ pub mod frame_times;
 mod help;
 pub mod keys;
 pub mod layout;
+mod light_handles;
 pub mod loader;
 pub mod notices;
 mod panel_light;
@@ -54,10 +55,14 @@ use solving::{Elements, Solving};
 use view_settings::{Source, ViewField};
 pub use window::run;
 
-use crate::{gpu, gpu::ViewFrame};
+use crate::{gpu, gpu::ViewFrame, scene::area_light::AreaLightState};
 
 /// Seconds that each bounce is shown for when they are played back.
 const SECONDS_A_BOUNCE: f32 = 0.7;
+/// Ambient light for looking round: radiance of white surfaces, as a part of what is shown as white.
+const AMBIENT: f32 = 0.4;
+/// The same while a solve has not yet lit all vertices, so that one sees where one is.
+const DIM_AMBIENT: f32 = 0.015;
 /// The key of the layout in what eframe keeps from run to run.
 const LAYOUT_KEY: &str = "layout";
 
@@ -81,6 +86,8 @@ pub struct App {
     pub picked: Option<Picked>,
     /// The question for a file, while it is asked.
     pub dialog: Option<FileDialog>,
+    /// Where the views were drawn last.
+    pub view_area: egui::Rect,
     /// What was last copied by [`Command::CopyView`].
     pub copied: Option<String>,
     fields: [ViewField; 2],
@@ -91,6 +98,8 @@ pub struct App {
     playing_since: Option<Instant>,
     /// The folder of `states` and `screenshots`.
     folder: PathBuf,
+    /// The title that the window has.
+    title: String,
     context: egui::Context,
 }
 
@@ -117,6 +126,7 @@ impl App {
             frame_times: FrameTimes::default(),
             picked: None,
             dialog: None,
+            view_area: egui::Rect::ZERO,
             copied: None,
             fields: Default::default(),
             solving: None,
@@ -124,6 +134,7 @@ impl App {
             undoer: Undoer::default(),
             playing_since: None,
             folder: folder.to_path_buf(),
+            title: String::new(),
             context: creation.egui_ctx.clone(),
         }
     }
@@ -137,6 +148,11 @@ impl App {
             paused: self.solving.as_ref().is_some_and(Solving::is_paused),
             changed: solved.is_some_and(|input| *input != self.document.edit.solve_input()),
         }
+    }
+
+    /// True while a solve has not yet traced all vertices.
+    fn is_tracing(&self) -> bool {
+        self.solving.is_some() && self.results.as_ref().is_none_or(|results| results.bounces.is_empty())
     }
 
     /// True while a file is read or written.
@@ -218,14 +234,16 @@ impl App {
                 None => field.clear(),
             }
         }
+        let remark = if self.is_tracing() { " (dim ambient light until all is traced)" } else { "" };
         let scenery = view::Scenery {
             frames: [0, 1].map(|number| self.frame(number)),
             fields: [&self.fields[0], &self.fields[1]],
+            remark,
             picked: self.picked.map(|picked| (picked, self.elements())),
         };
         // The layout is lent out apart, as the scenery borrows from the rest.
         let mut layout = self.layout.clone();
-        let gestures = view::ui(ui, &mut layout, scenery);
+        let gestures = view::ui(ui, &mut layout, &scenery);
         self.layout = layout;
         if let Some(drag) = gestures.look {
             self.camera.look(drag.x, drag.y);
@@ -234,6 +252,15 @@ impl App {
             let size = self.document.size();
             let faster = f64::from(gestures.wheel / 200.0).exp2();
             self.camera.speed = (self.camera.speed * faster).clamp(1e-4 * size, 10.0 * size);
+        }
+        if let Some(light) = gestures.light {
+            let frame = &self.elements().scene.frame;
+            self.document.edit.light = Some(AreaLightState {
+                centre: frame.point_to_metres(light.centre).to_array(),
+                u: frame.vector_to_metres(light.half_extent_u).to_array(),
+                v: frame.vector_to_metres(light.half_extent_v).to_array(),
+                radiance: light.radiance.to_array(),
+            });
         }
         if let Some((point, aspect)) = gestures.click {
             let camera = self.camera.state().to_local(&self.elements().scene.frame);
@@ -248,8 +275,13 @@ impl App {
         let results = other.or(self.results.as_ref());
         let elements = results.map_or(&self.document.elements, |results| &results.elements);
         let tone_map = self.document.edit.tone_map;
-        // Bright enough for white surfaces to come near white, whatever the exposure is.
-        let ambient = if self.layout.ambient { 0.4 * PI * tone_map.white / tone_map.exposure.exp2() } else { 0.0 };
+        let ambient = if self.layout.ambient {
+            AMBIENT
+        } else if self.is_tracing() {
+            DIM_AMBIENT
+        } else {
+            0.0
+        };
         let frame = &elements.scene.frame;
         ViewFrame {
             view: number as u64,
@@ -263,7 +295,7 @@ impl App {
             shading: gpu::Shading::Radiosity,
             tone_map,
             wireframe: false,
-            ambient: Vec3::splat(ambient),
+            ambient: Vec3::splat(ambient * PI * tone_map.white / tone_map.exposure.exp2()),
             light: self.document.edit.light.map(|light| light.to_local(frame)),
             light_outline: None,
             antialias: self.layout.antialias,
@@ -316,17 +348,17 @@ impl eframe::App for App {
         self.listen();
         let mut commands = self.go_on(&context);
         commands.extend(self.panels_ui(ui));
-        let view = egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
-            let area = ui.available_rect_before_wrap();
+        egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
+            self.view_area = ui.available_rect_before_wrap();
             self.view_ui(ui);
-            area
         });
-        self.notices.ui(&context, view.inner.center_top() + egui::vec2(0.0, 8.0));
+        self.notices.ui(&context, self.view_area.center_top() + egui::vec2(0.0, 8.0));
         self.layout.help &= !self.layout.help || help::ui(&context);
         commands.extend(self.dialog_ui(&context));
         for command in commands {
             self.fulfil(command);
         }
+        self.update_title();
         self.undoer.feed_state(context.input(|input| input.time), &self.document.edit);
         self.frame_times.end(frame.info().cpu_usage, self.solving.is_some());
     }

@@ -5,7 +5,10 @@ use std::sync::Arc;
 use glam::Vec3;
 
 use super::solving::{Elements, SolveEvent, SolveInput};
-use crate::solver::{Progress, Solution, SolveReport, energy::BouncePower};
+use crate::solver::{
+    Progress, Solution, SolveReport,
+    energy::{BouncePower, Ledger},
+};
 
 /// A field of irradiance at the vertices of the elements.
 pub type Field = Arc<Vec<Vec3>>;
@@ -45,7 +48,7 @@ impl Results {
             total,
             bounces: Vec::new(),
             powers: Vec::new(),
-            history: Vec::new(),
+            history: vec![[0.0, 1.0]],
             progress: None,
             solution: None,
             buried: None,
@@ -66,19 +69,18 @@ impl Results {
         Self { total, bounces, buried, solution: Some(solution), ..Self::begun(elements, input) }
     }
 
-    /// Takes in what a solve tells, `seconds` after its start.
-    pub fn take(&mut self, event: SolveEvent, seconds: f64) {
+    /// Takes in what a solve tells.
+    pub fn take(&mut self, event: SolveEvent) {
         match event {
             SolveEvent::Progress(progress) => self.progress = Some(progress),
-            SolveEvent::Bounce { irradiance, power, unabsorbed } => {
+            SolveEvent::Bounce { irradiance, power, seconds } => {
                 self.bounces.push(irradiance);
                 self.powers.push(power);
-                self.history.push([seconds, unabsorbed]);
+                // All that leaves the lights either arrives or escapes.
+                let emitted = self.powers[0].arriving + self.powers[0].escaped;
+                self.history.push([seconds, Ledger { emitted, bounces: self.powers.clone() }.unabsorbed()]);
             }
             SolveEvent::Finished { solution, total, report } => {
-                if let Some(last) = self.history.last_mut() {
-                    last[1] = report.unabsorbed;
-                }
                 self.powers.clone_from(&report.energy.bounces);
                 self.total = total;
                 self.buried = Some(Arc::new(solution.buried.clone()));

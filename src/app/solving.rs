@@ -84,8 +84,8 @@ pub enum SolveEvent {
         irradiance: Arc<Vec<Vec3>>,
         /// Its power.
         power: BouncePower,
-        /// Fraction of the emitted power still unabsorbed.
-        unabsorbed: f64,
+        /// Seconds since the start.
+        seconds: f64,
     },
     /// It has ended: complete, or cancelled with what it had.
     Finished {
@@ -112,8 +112,6 @@ struct Shared {
 pub struct Solving {
     /// What it was started with.
     pub input: SolveInput,
-    /// When ENTER was pressed.
-    pub started: Instant,
     events: mpsc::Receiver<SolveEvent>,
     shared: Arc<Shared>,
 }
@@ -132,12 +130,19 @@ impl Solving {
     ) -> std::io::Result<Self> {
         let (sender, events) = mpsc::channel();
         let shared = Arc::new(Shared::default());
-        let work = Work { base, made_with, input: input.clone(), shared: Arc::clone(&shared), sender };
+        let work = Work {
+            started: Instant::now(),
+            base,
+            made_with,
+            input: input.clone(),
+            shared: Arc::clone(&shared),
+            sender,
+        };
         std::thread::Builder::new().name(String::from("solve watcher")).spawn(move || {
             work.run(&wake);
             wake();
         })?;
-        Ok(Self { input, started: Instant::now(), events, shared })
+        Ok(Self { input, events, shared })
     }
 
     /// News since the last call.
@@ -174,6 +179,7 @@ impl Drop for Solving {
 
 /// What the thread works on.
 struct Work {
+    started: Instant,
     base: Elements,
     made_with: SolveSettings,
     input: SolveInput,
@@ -218,6 +224,7 @@ impl Work {
     }
 
     fn watch(&self, job: Job, wake: &impl Fn()) {
+        let started = self.started;
         let mut last_live = Instant::now();
         while !job.is_finished() {
             if self.shared.cancelled.load(Relaxed) {
@@ -228,7 +235,7 @@ impl Work {
                 job.monitor().resume();
             }
             if let Some(message) = job.next_message(Duration::from_millis(10)) {
-                self.forward(message, &job);
+                self.forward(message, started);
                 wake();
             }
             if last_live.elapsed() >= LIVE_INTERVAL {
@@ -237,7 +244,7 @@ impl Work {
                 wake();
             }
         }
-        job.messages().for_each(|message| self.forward(message, &job));
+        job.messages().for_each(|message| self.forward(message, started));
         let ended = job.finish().map(|(solution, report)| SolveEvent::Finished {
             total: Arc::new(solution.total()),
             solution: Arc::new(solution),
@@ -253,11 +260,11 @@ impl Work {
         *self.shared.live.lock().unwrap_or_else(PoisonError::into_inner) = Some(field);
     }
 
-    fn forward(&self, message: Message, job: &Job) {
+    fn forward(&self, message: Message, started: Instant) {
         self.send(match message {
             Message::Progress(progress) => SolveEvent::Progress(progress),
             Message::Bounce { irradiance, power, .. } => {
-                SolveEvent::Bounce { irradiance, power, unabsorbed: job.monitor().progress().unabsorbed }
+                SolveEvent::Bounce { irradiance, power, seconds: started.elapsed().as_secs_f64() }
             }
         });
     }

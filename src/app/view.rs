@@ -1,23 +1,22 @@
 //! The views: one or two pictures of the scene by the same camera, with what is drawn over them.
 
 use egui::{Align2, Color32, CornerRadius, FontId, Pos2, Rect, Sense, Stroke, Ui, Vec2 as Points};
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 
 use super::{
     layout::Layout,
+    light_handles,
     picked::Picked,
     solving::Elements,
     view_settings::{Source, ViewField, ViewSettings},
 };
 use crate::{
-    gpu::{ViewFrame, false_color, paint_callback, project},
-    scene::{AreaLight, Camera},
+    gpu::{ViewFrame, false_color, paint_callback},
+    scene::AreaLight,
 };
 
 /// Half the width of the divider's grip, in points.
 const GRIP: f32 = 4.0;
-/// sRGB-coded colour of the light's outline.
-const OUTLINE: Vec3 = Vec3::new(1.0, 0.85, 0.3);
 
 /// What the pointer did in a view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,6 +27,8 @@ pub(super) struct Gestures {
     pub(super) wheel: f32,
     /// The point of the picture that was clicked, and the picture's aspect.
     pub(super) click: Option<(Vec2, f32)>,
+    /// The light, in local units, as its handles were dragged.
+    pub(super) light: Option<AreaLight>,
 }
 
 /// What the views show.
@@ -36,24 +37,25 @@ pub(super) struct Scenery<'a> {
     pub(super) frames: [ViewFrame; 2],
     /// The fields of both.
     pub(super) fields: [&'a ViewField; 2],
+    /// Added to the views' titles.
+    pub(super) remark: &'a str,
     /// The clicked point, with the elements it lies on.
     pub(super) picked: Option<(Picked, &'a Elements)>,
 }
 
 /// Draws one view, or two with a divider.
-pub(super) fn ui(ui: &mut Ui, layout: &mut Layout, scenery: Scenery<'_>) -> Gestures {
+pub(super) fn ui(ui: &mut Ui, layout: &mut Layout, scenery: &Scenery<'_>) -> Gestures {
     let whole = ui.available_rect_before_wrap();
-    let Scenery { frames: [first, second], fields, picked } = scenery;
     let mut gestures = Gestures::default();
     if !layout.second_view {
-        view_ui(ui, whole, &layout.views[0], fields[0], first, picked, &mut gestures);
+        view_ui(ui, whole, &layout.views[0], scenery, 0, &mut gestures);
         return gestures;
     }
     let divider = whole.left() + layout.divider.clamp(0.1, 0.9) * whole.width();
     let left = Rect::from_min_max(whole.min, Pos2::new(divider - 1.0, whole.bottom()));
     let right = Rect::from_min_max(Pos2::new(divider + 1.0, whole.top()), whole.max);
-    view_ui(ui, left, &layout.views[0], fields[0], first, picked, &mut gestures);
-    view_ui(ui, right, &layout.views[1], fields[1], second, picked, &mut gestures);
+    view_ui(ui, left, &layout.views[0], scenery, 0, &mut gestures);
+    view_ui(ui, right, &layout.views[1], scenery, 1, &mut gestures);
     let grip = Rect::from_x_y_ranges(divider - GRIP..=divider + GRIP, whole.y_range());
     let response = ui.interact(grip, ui.scope_id().with("divider"), Sense::drag());
     let response = response.on_hover_and_drag_cursor(egui::CursorIcon::ResizeHorizontal);
@@ -69,11 +71,11 @@ fn view_ui(
     ui: &mut Ui,
     rect: Rect,
     settings: &ViewSettings,
-    field: &ViewField,
-    mut frame: ViewFrame,
-    picked: Option<(Picked, &Elements)>,
+    scenery: &Scenery<'_>,
+    number: usize,
     gestures: &mut Gestures,
 ) {
+    let (field, mut frame) = (scenery.fields[number], scenery.frames[number].clone());
     frame.field.clone_from(&field.field);
     frame.field_version = field.version;
     frame.shading = settings.shading(field.bright);
@@ -81,21 +83,21 @@ fn view_ui(
     if !settings.buried {
         frame.buried = None;
     }
-    frame.light_outline = frame.light.map(|_| OUTLINE);
-    let (camera, light, number) = (frame.camera, frame.light, frame.view);
+    frame.light_outline = frame.light.map(|_| light_handles::COLOUR);
+    let (camera, light) = (frame.camera, frame.light);
     let response = ui.interact(rect, ui.scope_id().with(("view", number)), Sense::click_and_drag());
     ui.painter().add(paint_callback(rect, ui.ctx().pixels_per_point(), frame));
-    let painter = ui.painter().with_clip_rect(rect);
     if let Some(light) = light {
-        draw_normal(&painter, rect, &camera, &light);
+        gestures.light = gestures.light.or(light_handles::ui(ui, rect, &camera, &light));
     }
-    if let Some((picked, elements)) = picked
-        && let Some(place) = on_screen(rect, &camera, picked.position(elements))
+    let painter = ui.painter().with_clip_rect(rect);
+    if let Some((picked, elements)) = scenery.picked
+        && let Some(place) = light_handles::on_screen(rect, &camera, picked.position(elements))
     {
         painter.circle_stroke(place, 5.0, Stroke::new(2.0, Color32::BLACK));
         painter.circle_stroke(place, 5.0, Stroke::new(1.0, Color32::WHITE));
     }
-    label(&painter, rect.left_top() + Points::new(8.0, 8.0), Align2::LEFT_TOP, &settings.title());
+    label(&painter, rect.left_top() + Points::new(8.0, 8.0), Align2::LEFT_TOP, &(settings.title() + scenery.remark));
     if (settings.false_colour || settings.source == Source::Difference) && !settings.shown.is_unlit() {
         legend(&painter, rect, settings, field.bright);
     }
@@ -118,21 +120,6 @@ fn view_ui(
     }
 }
 
-fn on_screen(rect: Rect, camera: &Camera, point: Vec3) -> Option<Pos2> {
-    let place = project(camera, rect.aspect_ratio(), point)?;
-    Some(rect.min + Points::new(place.x, place.y) * rect.size())
-}
-
-/// An arrow from the light's centre to where it shines.
-fn draw_normal(painter: &egui::Painter, rect: Rect, camera: &Camera, light: &AreaLight) {
-    let length = 0.5 * (light.half_extent_u.length() + light.half_extent_v.length());
-    let ends = [light.centre, light.centre + length * light.normal()].map(|end| on_screen(rect, camera, end));
-    if let [Some(from), Some(to)] = ends {
-        let [red, green, blue] = OUTLINE.to_array().map(|value| (255.0 * value) as u8);
-        painter.arrow(from, to - from, Stroke::new(1.5, Color32::from_rgb(red, green, blue)));
-    }
-}
-
 fn label(painter: &egui::Painter, place: Pos2, anchor: Align2, text: &str) {
     let shadow = Points::new(1.0, 1.0);
     painter.text(place + shadow, anchor, text, FontId::proportional(13.0), Color32::BLACK);
@@ -151,7 +138,7 @@ fn legend(painter: &egui::Painter, rect: Rect, settings: &ViewSettings, bright: 
         let colour = Color32::from_rgb((255.0 * red) as u8, (255.0 * green) as u8, (255.0 * blue) as u8);
         painter.rect_filled(cell, CornerRadius::ZERO, colour);
     }
-    for place in [0.0, 0.5, 1.0] {
+    for (place, anchor) in [(0.0, Align2::LEFT_TOP), (0.5, Align2::CENTER_TOP), (1.0, Align2::RIGHT_TOP)] {
         let value = if range.logarithmic {
             range.minimum * (range.maximum / range.minimum).powf(place)
         } else {
@@ -163,7 +150,7 @@ fn legend(painter: &egui::Painter, rect: Rect, settings: &ViewSettings, bright: 
         } else {
             format!("{value:.3}")
         };
-        label(painter, foot, Align2::CENTER_TOP, &text);
+        label(painter, foot, anchor, &text);
     }
     label(painter, bar.right_center() + Points::new(10.0, 0.0), Align2::LEFT_CENTER, "W/m²");
 }

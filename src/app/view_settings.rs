@@ -52,8 +52,8 @@ impl Shown {
             Self::Irradiance => "irradiance",
             Self::Direct => "direct",
             Self::Indirect => "indirect",
-            Self::Bounce => "one bounce",
-            Self::UpToBounce => "up to bounce",
+            Self::Bounce => "bounce",
+            Self::UpToBounce => "up to",
             Self::Albedo => "albedo",
             Self::Normals => "normals",
         }

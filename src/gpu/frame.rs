@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
-use glam::{Mat4, Vec2, Vec3, Vec4};
+use glam::{Mat4, Vec3, Vec4};
 
 use super::{ViewGeometry, false_color, projection::view_projection};
 use crate::{
-    math::color::{ToneCurve, ToneMap},
+    math::color::ToneMap,
     scene::{AreaLight, Camera, Material},
 };
 
-/// The uniforms' declaration, the tone map and the false colours in WGSL; every shader of a view begins with it.
+/// The uniforms' declaration in WGSL; every shader of a view begins with it.
 pub const FRAME_WGSL: &str = include_str!("frame.wgsl");
 
 /// What colour a surface gets.
@@ -86,6 +86,13 @@ pub struct ViewFrame {
     pub antialias: bool,
 }
 
+impl ViewFrame {
+    /// Samples a pixel.
+    pub(super) fn samples(&self) -> u32 {
+        if self.antialias { 4 } else { 1 }
+    }
+}
+
 /// Uniforms of a frame, laid out as `FrameUniforms` in `frame.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -94,34 +101,28 @@ pub struct FrameUniforms {
     pub view_projection: Mat4,
     /// Eye point.
     pub eye: Vec3,
-    /// Number of the [`Shading`].
-    pub shading: u32,
-    /// Width and height in pixels.
-    pub viewport: Vec2,
+    /// Width in pixels of the light's outline.
+    pub outline_width: f32,
+    /// Length of a typical edge of the elements, in local units.
+    pub typical_edge: f32,
+    /// Width and height of a pixel at depth 1, in local units.
+    pub pixel_size: f32,
     /// 2^exposure / white.
     pub exposure_scale: f32,
     /// 1 / gamma.
     pub inverse_gamma: f32,
-    /// Irradiance added for looking round.
-    pub ambient: Vec3,
-    /// 1 for the filmic curve.
-    pub filmic: u32,
-    /// Ends of the false colours.
-    pub range: Vec2,
-    /// 1 for a logarithmic range.
-    pub logarithmic: u32,
-    /// Length in pixels of a typical edge of the elements at depth 1.
-    pub edge_pixels: f32,
-    /// The light's centre.
-    pub light_centre: Vec3,
-    /// Width in pixels of the light's outline.
-    pub outline_width: f32,
+    /// Irradiance added for looking round; w unused.
+    pub ambient: Vec4,
+    /// Ends of the false colours; zw unused.
+    pub range: Vec4,
+    /// The light's centre; w unused.
+    pub light_centre: Vec4,
     /// The light's half-extent u; w unused.
     pub light_u: Vec4,
     /// The light's half-extent v; w unused.
     pub light_v: Vec4,
-    /// The light's radiance; w unused.
-    pub light_radiance: Vec4,
+    /// sRGB-coded colour of the side that shines; w unused.
+    pub light_color: Vec4,
     /// Colour of the outline; w unused.
     pub outline_color: Vec4,
     /// Stops of the false colours; w unused.
@@ -132,15 +133,11 @@ impl FrameUniforms {
     /// The uniforms of a frame.
     pub fn new(frame: &ViewFrame) -> Self {
         let [width, height] = frame.size.map(|pixels| pixels.max(1) as f32);
-        let (shading, range) = match frame.shading {
-            Shading::Radiosity => (0, None),
-            Shading::Irradiance => (1, None),
-            Shading::Albedo => (2, None),
-            Shading::Normals => (3, None),
-            Shading::FalseColor(range) => (4, Some(range)),
+        let range = match frame.shading {
+            Shading::FalseColor(range) => Vec4::new(range.minimum, range.maximum, 0.0, 0.0),
+            _ => Vec4::ZERO,
         };
-        let range = range.unwrap_or(FalseColorRange { minimum: 0.0, maximum: 1.0, logarithmic: false });
-        let ToneMap { exposure, white, gamma, curve } = frame.tone_map;
+        let ToneMap { exposure, white, gamma, .. } = frame.tone_map;
         let no_light = AreaLight {
             centre: Vec3::ZERO,
             half_extent_u: Vec3::ZERO,
@@ -151,20 +148,17 @@ impl FrameUniforms {
         Self {
             view_projection: view_projection(&frame.camera, width / height),
             eye: frame.camera.position,
-            shading,
-            viewport: Vec2::new(width, height),
+            outline_width: if frame.light_outline.is_some() { 2.0 } else { 0.0 },
+            typical_edge: frame.geometry.typical_edge(),
+            pixel_size: 2.0 * frame.camera.tan_half_fov / height,
             exposure_scale: exposure.exp2() / white.max(1e-6),
             inverse_gamma: 1.0 / gamma.max(1e-3),
-            ambient: frame.ambient,
-            filmic: u32::from(curve == ToneCurve::Filmic),
-            range: Vec2::new(range.minimum, range.maximum),
-            logarithmic: u32::from(range.logarithmic),
-            edge_pixels: frame.geometry.typical_edge() * 0.5 * height / frame.camera.tan_half_fov,
-            light_centre: light.centre,
-            outline_width: if frame.light_outline.is_some() { 2.0 } else { 0.0 },
+            ambient: frame.ambient.extend(0.0),
+            range,
+            light_centre: light.centre.extend(0.0),
             light_u: light.half_extent_u.extend(0.0),
             light_v: light.half_extent_v.extend(0.0),
-            light_radiance: light.radiance.extend(0.0),
+            light_color: frame.tone_map.apply(light.radiance).extend(0.0),
             outline_color: frame.light_outline.unwrap_or(Vec3::ONE).extend(0.0),
             false_colors: std::array::from_fn(|index| false_color::stop(index).extend(0.0)),
         }

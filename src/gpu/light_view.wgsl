@@ -16,7 +16,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Fragment {
     let corner = (index - index / 3u) % 4u;
     let right = corner == 1u || corner == 2u;
     let place = vec2f(select(-1.0, 1.0, right), select(-1.0, 1.0, corner >= 2u));
-    let position = frame.light_centre + place.x * frame.light_u.xyz + place.y * frame.light_v.xyz;
+    let position = frame.light_centre.xyz + place.x * frame.light_u.xyz + place.y * frame.light_v.xyz;
     var clip = frame.view_projection * vec4f(position, 1.0);
     clip.z *= 1.0 + LIFT;
     return Fragment(clip, place);
@@ -25,7 +25,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Fragment {
 @fragment
 fn fragment(in: Fragment, @builtin(front_facing) front: bool) -> @location(0) vec4f {
     let from_border = (1.0 - abs(in.place)) / max(fwidth(in.place), vec2f(1e-9));
-    let color = select(BACK_COLOR, tone_map(frame.light_radiance.rgb), front);
+    let color = select(BACK_COLOR, frame.light_color.rgb, front);
     let outlined = min(from_border.x, from_border.y) < frame.outline_width;
     return vec4f(select(color, frame.outline_color.rgb, outlined), 1.0);
 }

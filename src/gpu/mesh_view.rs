@@ -3,10 +3,19 @@
 //! Inputs: the frame's uniforms (group 0), a material's uniforms (group 1, one slice of a buffer for each material), its
 //! textures (group 2), and the streams position, normal, texture coordinates, irradiance and buried flag.
 
-use crate::scene::{Material, Scene, texture::TextureFilter};
+use std::collections::BTreeMap;
+
 use glam::Vec3;
 
-use super::{frame::FRAME_WGSL, mesh_buffers::MeshBuffers, targets::Targets};
+use super::{
+    frame::{FRAME_WGSL, Shading, ViewFrame},
+    mesh_buffers::MeshBuffers,
+    targets::Targets,
+};
+use crate::{
+    math::color::ToneCurve,
+    scene::{Material, Scene, Texture, texture::TextureFilter},
+};
 
 /// The shader.
 pub const WGSL: &str = include_str!("mesh_view.wgsl");
@@ -23,33 +32,89 @@ pub struct MaterialUniforms {
     pub emitted_radiance: Vec3,
     /// The texture's values are brought down to this.
     pub largest_texel: f32,
-    /// 0 for no reflectance texture, 1 for one read at the nearest texel, 2 for bilinear.
-    pub reflectance_filter: u32,
-    /// The same for the opacity texture.
-    pub opacity_filter: u32,
-    /// Up to a multiple of 16 bytes.
-    pub unused: [u32; 2],
 }
 
 impl MaterialUniforms {
     /// The uniforms of a material of `scene`, possibly edited.
     pub(super) fn new(scene: &Scene, material: &Material) -> Self {
-        let texture = |index: Option<u32>| index.and_then(|index| scene.textures.get(index as usize));
-        let filter = |index| {
-            texture(index).map_or(0, |texture| match texture.filter {
-                TextureFilter::Nearest => 1,
-                TextureFilter::Bilinear => 2,
-            })
-        };
+        let texture = material.reflectance_texture.and_then(|index| scene.textures.get(index as usize));
         Self {
             reflectance: material.reflectance,
             opacity: material.opacity,
             emitted_radiance: material.emitted_radiance,
-            largest_texel: texture(material.reflectance_texture).map_or(1.0, |texture| texture.largest_value()),
-            reflectance_filter: filter(material.reflectance_texture),
-            opacity_filter: filter(material.opacity_texture),
-            unused: [0; 2],
+            largest_texel: texture.map_or(1.0, Texture::largest_value),
         }
+    }
+}
+
+/// What a pipeline is made for. The shader has no branches but these, because a software driver runs both sides of a
+/// branch that is decided while it runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Variant {
+    samples: u32,
+    shading: u32,
+    filmic: bool,
+    gamma: bool,
+    logarithmic: bool,
+    ambient: bool,
+    buried: bool,
+    reflectance_filter: u32,
+    opacity_filter: u32,
+}
+
+impl Variant {
+    /// For a frame, and a material without textures.
+    pub(super) fn new(frame: &ViewFrame) -> Self {
+        let (shading, logarithmic) = match frame.shading {
+            Shading::Radiosity => (0, false),
+            Shading::Irradiance => (1, false),
+            Shading::Albedo => (2, false),
+            Shading::Normals => (3, false),
+            Shading::FalseColor(range) => (4, range.logarithmic),
+        };
+        let tone_mapped = shading < 2;
+        Self {
+            samples: frame.samples(),
+            shading,
+            filmic: tone_mapped && frame.tone_map.curve == ToneCurve::Filmic,
+            gamma: tone_mapped && frame.tone_map.gamma != 1.0,
+            logarithmic,
+            ambient: tone_mapped && frame.ambient != Vec3::ZERO,
+            buried: frame.buried.is_some(),
+            reflectance_filter: 0,
+            opacity_filter: 0,
+        }
+    }
+
+    /// The same for a material of `scene`.
+    fn with_textures(self, scene: &Scene, material: &Material) -> Self {
+        let filter = |index: Option<u32>| match index.and_then(|index| scene.textures.get(index as usize)) {
+            None => 0,
+            Some(texture) if texture.filter == TextureFilter::Nearest => 1,
+            Some(_) => 2,
+        };
+        let shows_reflectance = matches!(self.shading, 0 | 2);
+        Self {
+            reflectance_filter: if shows_reflectance { filter(material.reflectance_texture) } else { 0 },
+            opacity_filter: filter(material.opacity_texture),
+            ..self
+        }
+    }
+
+    /// The shader's constants.
+    fn constants(self) -> [(&'static str, f64); 9] {
+        let flag = |set| f64::from(u8::from(set));
+        [
+            ("SHADING", f64::from(self.shading)),
+            ("FILMIC", flag(self.filmic)),
+            ("GAMMA", flag(self.gamma)),
+            ("LOGARITHMIC", flag(self.logarithmic)),
+            ("AMBIENT", flag(self.ambient)),
+            ("BURIED", flag(self.buried)),
+            ("REFLECTANCE_FILTER", f64::from(self.reflectance_filter)),
+            ("OPACITY_FILTER", f64::from(self.opacity_filter)),
+            ("SEVERAL_SAMPLES", flag(self.samples > 1)),
+        ]
     }
 }
 
@@ -95,6 +160,8 @@ impl Layouts {
 
 /// What a view adds to the shared mesh: fields and materials.
 pub(super) struct MeshInputs<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) variant: Variant,
     pub(super) frame: &'a wgpu::BindGroup,
     pub(super) irradiance: &'a wgpu::Buffer,
     pub(super) buried: &'a wgpu::Buffer,
@@ -103,14 +170,24 @@ pub(super) struct MeshInputs<'a> {
     pub(super) material_stride: u32,
 }
 
-/// The pipelines.
+/// The streams of vertices: bytes a vertex, and format.
+const STREAMS: [(u64, wgpu::VertexFormat); 5] = [
+    (12, wgpu::VertexFormat::Float32x3),
+    (8, wgpu::VertexFormat::Snorm16x4),
+    (8, wgpu::VertexFormat::Float32x2),
+    (12, wgpu::VertexFormat::Float32x3),
+    (4, wgpu::VertexFormat::Float32),
+];
+
+/// The pipelines, made when they are first needed.
 pub(super) struct MeshView {
-    opaque: wgpu::RenderPipeline,
-    cut_out: wgpu::RenderPipeline,
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    pipelines: BTreeMap<Variant, wgpu::RenderPipeline>,
 }
 
 impl MeshView {
-    pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, samples: u32) -> Self {
+    pub(super) fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("mesh view"),
             source: wgpu::ShaderSource::Wgsl(format!("{FRAME_WGSL}{WGSL}").into()),
@@ -120,52 +197,52 @@ impl MeshView {
             bind_group_layouts: &[Some(&layouts.frame), Some(&layouts.material), Some(&layouts.textures)],
             immediate_size: 0,
         });
-        let pipeline = |entry_point| {
-            let streams = [
-                (12, wgpu::VertexFormat::Float32x3),
-                (8, wgpu::VertexFormat::Snorm16x4),
-                (8, wgpu::VertexFormat::Float32x2),
-                (12, wgpu::VertexFormat::Float32x3),
-                (4, wgpu::VertexFormat::Float32),
-            ];
-            let mut location = 0;
-            let attributes = streams.map(|(_, format)| {
-                location += 1;
-                [wgpu::VertexAttribute { format, offset: 0, shader_location: location - 1 }]
-            });
-            let buffers: Vec<_> = streams
-                .iter()
-                .zip(&attributes)
-                .map(|(&(array_stride, _), attributes)| {
-                    Some(wgpu::VertexBufferLayout { array_stride, step_mode: wgpu::VertexStepMode::Vertex, attributes })
-                })
-                .collect();
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("mesh view"),
-                layout: Some(&layout),
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vertex"),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &buffers,
-                },
-                primitive: wgpu::PrimitiveState {
-                    cull_mode: Some(wgpu::Face::Back),
-                    ..wgpu::PrimitiveState::default()
-                },
-                depth_stencil: Some(Targets::depth_state(wgpu::CompareFunction::Greater)),
-                multisample: Targets::multisample(samples),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(entry_point),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    targets: &[Some(Targets::COLOR_FORMAT.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        };
-        Self { opaque: pipeline("opaque"), cut_out: pipeline("cut_out") }
+        Self { module, layout, pipelines: BTreeMap::new() }
+    }
+
+    /// Makes the pipelines that these materials need.
+    pub(super) fn prepare(&mut self, device: &wgpu::Device, variant: Variant, scene: &Scene, materials: &[Material]) {
+        for material in materials {
+            let variant = variant.with_textures(scene, material);
+            if !self.pipelines.contains_key(&variant) {
+                self.pipelines.insert(variant, self.pipeline(device, variant));
+            }
+        }
+    }
+
+    fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
+        let mut attributes = [[wgpu::VertexAttribute { format: STREAMS[0].1, offset: 0, shader_location: 0 }]; 5];
+        for (location, (attribute, (_, format))) in (0..).zip(attributes.iter_mut().zip(STREAMS)) {
+            attribute[0].format = format;
+            attribute[0].shader_location = location;
+        }
+        let step_mode = wgpu::VertexStepMode::Vertex;
+        let buffers: [_; 5] = std::array::from_fn(|slot| {
+            Some(wgpu::VertexBufferLayout { array_stride: STREAMS[slot].0, step_mode, attributes: &attributes[slot] })
+        });
+        let constants = variant.constants();
+        let options = || wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("mesh view"),
+            layout: Some(&self.layout),
+            vertex: wgpu::VertexState {
+                module: &self.module,
+                entry_point: Some("vertex"),
+                compilation_options: options(),
+                buffers: &buffers,
+            },
+            primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), ..wgpu::PrimitiveState::default() },
+            depth_stencil: Some(Targets::depth_state(wgpu::CompareFunction::Greater)),
+            multisample: Targets::multisample(variant.samples),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.module,
+                entry_point: Some("fragment"),
+                compilation_options: options(),
+                targets: &[Some(Targets::COLOR_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
     }
 
     /// Draws all elements, material by material; those that are invisible altogether are left out.
@@ -177,12 +254,11 @@ impl MeshView {
         }
         pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
         for draw in &mesh.draws {
-            let Some(material) = inputs.materials.get(draw.material as usize) else { continue };
-            if material.opacity < 0.5 {
-                continue;
-            }
-            let cut_out = material.opacity_texture.is_some();
-            pass.set_pipeline(if cut_out { &self.cut_out } else { &self.opaque });
+            let material = inputs.materials.get(draw.material as usize).filter(|material| material.opacity >= 0.5);
+            let Some(material) = material else { continue };
+            let variant = inputs.variant.with_textures(inputs.scene, material);
+            let Some(pipeline) = self.pipelines.get(&variant) else { continue };
+            pass.set_pipeline(pipeline);
             pass.set_bind_group(1, inputs.material_group, &[draw.material * inputs.material_stride]);
             pass.set_bind_group(2, mesh.textures.of_material(draw.material), &[]);
             pass.draw_indexed(3 * draw.triangles.start..3 * draw.triangles.end, 0, 0..1);

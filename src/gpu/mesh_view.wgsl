@@ -6,16 +6,31 @@ struct MaterialUniforms {
     opacity: f32,
     emitted_radiance: vec3f,
     largest_texel: f32,
-    reflectance_filter: u32,
-    opacity_filter: u32,
-    unused: vec2u,
 }
 
 @group(1) @binding(0) var<uniform> material: MaterialUniforms;
 @group(2) @binding(0) var reflectance_texture: texture_2d<f32>;
 @group(2) @binding(1) var opacity_texture: texture_2d<f32>;
 
+// What a pipeline is made for: software drivers run both sides of every branch that is decided later.
+override SHADING: u32;
+override FILMIC: bool;
+override GAMMA: bool;
+override LOGARITHMIC: bool;
+override AMBIENT: bool;
+override BURIED: bool;
+override REFLECTANCE_FILTER: u32;
+override OPACITY_FILTER: u32;
+override SEVERAL_SAMPLES: bool;
+
+const RADIOSITY = 0u;
+const IRRADIANCE = 1u;
+const ALBEDO = 2u;
+const NORMALS = 3u;
+
+const NO_TEXTURE = 0u;
 const BILINEAR = 2u;
+const PI = 3.14159265358979;
 // sRGB-coded colour of the hatching over buried vertices.
 const BURIED_COLOR = vec3f(0.95, 0.6, 0.15);
 
@@ -38,61 +53,85 @@ struct Fragment {
 
 @vertex
 fn vertex(in: VertexIn) -> Fragment {
-    let clip = frame.view_projection * vec4f(in.position, 1.0);
-    return Fragment(clip, in.position, in.normal.xyz, in.texcoord, in.irradiance, in.buried);
-}
-
-@fragment
-fn opaque(in: Fragment) -> @location(0) vec4f {
-    return vec4f(surface_color(in), 1.0);
-}
-
-@fragment
-fn cut_out(in: Fragment) -> @location(0) vec4f {
-    let texel = read(opacity_texture, in.texcoord, material.opacity_filter, 1.0);
-    if material.opacity * texel.a < 0.5 {
-        discard;
+    // What the fragments will not use is left at 0, so that it need not be fetched.
+    var out: Fragment;
+    out.clip = frame.view_projection * vec4f(in.position, 1.0);
+    if AMBIENT {
+        out.position = in.position;
     }
-    return vec4f(surface_color(in), 1.0);
+    if AMBIENT || SHADING == NORMALS {
+        out.normal = in.normal.xyz;
+    }
+    if REFLECTANCE_FILTER != NO_TEXTURE || OPACITY_FILTER != NO_TEXTURE {
+        out.texcoord = in.texcoord;
+    }
+    if SHADING != ALBEDO && SHADING != NORMALS {
+        out.irradiance = in.irradiance;
+    }
+    if BURIED {
+        out.buried = in.buried;
+    }
+    return out;
+}
+
+@fragment
+fn fragment(in: Fragment) -> @location(0) vec4f {
+    if OPACITY_FILTER != NO_TEXTURE {
+        if material.opacity * read(opacity_texture, in.texcoord, OPACITY_FILTER, 1.0).a < 0.5 {
+            discard;
+        }
+    }
+    let color = surface_color(in);
+    if BURIED {
+        // Stripes across half of what lies nearer to a buried vertex than to one that is not.
+        let stripe = fract((in.clip.x + in.clip.y) / 8.0) < 0.5;
+        return vec4f(select(color, BURIED_COLOR, in.buried > 0.5 && stripe), 1.0);
+    }
+    return vec4f(color, 1.0);
 }
 
 // sRGB-coded colour of a point.
 fn surface_color(in: Fragment) -> vec3f {
-    var color: vec3f;
-    switch frame.shading {
-        case RADIOSITY: {
-            let radiance = material.emitted_radiance + reflectance(in.texcoord) * irradiance(in) / PI;
-            color = tone_map(radiance);
-        }
-        case IRRADIANCE: {
-            color = tone_map(irradiance(in) / PI);
-        }
-        case ALBEDO: {
-            color = linear_to_srgb(reflectance(in.texcoord));
-        }
-        case NORMALS: {
-            color = 0.5 * normalize(in.normal) + 0.5;
-        }
-        default: {
-            color = false_color(dot(in.irradiance, vec3f(0.2126, 0.7152, 0.0722)));
-        }
+    if SHADING == RADIOSITY {
+        return tone_map(material.emitted_radiance + reflectance(in.texcoord) * irradiance(in) / PI);
     }
-    // Stripes across half of what lies nearer to a buried vertex than to one that is not.
-    let stripe = fract((in.clip.x + in.clip.y) / 8.0) < 0.5;
-    return select(color, BURIED_COLOR, in.buried > 0.5 && stripe);
+    if SHADING == IRRADIANCE {
+        return tone_map(irradiance(in) / PI);
+    }
+    if SHADING == ALBEDO {
+        return linear_to_srgb(reflectance(in.texcoord));
+    }
+    if SHADING == NORMALS {
+        return 0.5 * normalize(in.normal) + 0.5;
+    }
+    return false_color(dot(in.irradiance, vec3f(0.2126, 0.7152, 0.0722)));
 }
 
 fn irradiance(in: Fragment) -> vec3f {
-    let facing = abs(dot(normalize(in.normal), normalize(frame.eye - in.position)));
-    return in.irradiance + frame.ambient * (0.5 + 0.5 * facing);
+    if AMBIENT {
+        let facing = abs(dot(normalize(in.normal), normalize(frame.eye - in.position)));
+        return in.irradiance + frame.ambient.rgb * (0.5 + 0.5 * facing);
+    }
+    return in.irradiance;
 }
 
 fn reflectance(texcoord: vec2f) -> vec3f {
-    if material.reflectance_filter == 0u {
+    if REFLECTANCE_FILTER == NO_TEXTURE {
         return material.reflectance;
     }
-    let texel = read(reflectance_texture, texcoord, material.reflectance_filter, material.largest_texel);
-    return material.reflectance * texel.rgb;
+    if !SEVERAL_SAMPLES {
+        return material.reflectance * texel_color(texcoord);
+    }
+    // Where four samples a pixel see edges, the texture is also read at four places, as they lie in the pixel.
+    let right = dpdx(texcoord) / 8.0;
+    let down = dpdy(texcoord) / 8.0;
+    let upper = texel_color(texcoord - right - 3.0 * down) + texel_color(texcoord + 3.0 * right - down);
+    let lower = texel_color(texcoord - 3.0 * right + down) + texel_color(texcoord + right + 3.0 * down);
+    return material.reflectance * 0.25 * (upper + lower);
+}
+
+fn texel_color(texcoord: vec2f) -> vec3f {
+    return read(reflectance_texture, texcoord, REFLECTANCE_FILTER, material.largest_texel).rgb;
 }
 
 // Texture::sample: repeating; rows from the top, v from the bottom; texels brought down to `largest`.
@@ -115,9 +154,49 @@ fn read(picture: texture_2d<f32>, texcoord: vec2f, texture_filter: u32, largest:
     return mix(mix(top_left, top_right, fraction.x), mix(bottom_left, bottom_right, fraction.x), fraction.y);
 }
 
-// The texel at whole numbers, repeating.
+// The texel at whole numbers from -1 to the size, repeating. OpenGL leaves the remainder of a negative number open.
 fn texel_at(picture: texture_2d<f32>, place: vec2f, largest: f32) -> vec4f {
     let size = vec2i(textureDimensions(picture));
-    let wrapped = ((vec2i(place) % size) + size) % size;
+    let wrapped = (vec2i(place) + size) % size;
     return min(textureLoad(picture, wrapped, 0), vec4f(largest));
+}
+
+// Linear to sRGB-coded values in [0, 1] (IEC 61966-2-1).
+fn linear_to_srgb(linear: vec3f) -> vec3f {
+    let clipped = clamp(linear, vec3f(0.0), vec3f(1.0));
+    let curved = 1.055 * pow(max(clipped, vec3f(1e-10)), vec3f(1.0 / 2.4)) - 0.055;
+    return select(curved, clipped * 12.92, clipped <= vec3f(0.0031308));
+}
+
+// Narkowicz's rational fit of the ACES filmic curve, as math::color has it.
+fn filmic(x: vec3f) -> vec3f {
+    return (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
+}
+
+// ToneMap::apply: radiance to sRGB-coded values in [0, 1].
+fn tone_map(radiance: vec3f) -> vec3f {
+    // Far above any white; keeps the curve's squares finite.
+    let scaled = min(radiance * frame.exposure_scale, vec3f(1e6));
+    var curved = scaled;
+    if FILMIC {
+        curved = filmic(scaled) / filmic(vec3f(1.0));
+    }
+    var clipped = clamp(curved, vec3f(0.0), vec3f(1.0));
+    if GAMMA {
+        let powered = pow(max(clipped, vec3f(1e-10)), vec3f(frame.inverse_gamma));
+        clipped = select(powered, vec3f(0.0), clipped <= vec3f(1e-10));
+    }
+    return linear_to_srgb(clipped);
+}
+
+// false_color::color at FalseColorRange::place: the sRGB-coded colour of a value of the field.
+fn false_color(value: f32) -> vec3f {
+    var scaled = vec3f(frame.range.xy, value);
+    if LOGARITHMIC {
+        scaled = log2(max(scaled, vec3f(1e-30)));
+    }
+    let fraction = clamp((scaled.z - scaled.x) / max(scaled.y - scaled.x, 1e-30), 0.0, 1.0);
+    let place = fraction * 9.0;
+    let lower = min(u32(place), 8u);
+    return mix(frame.false_colors[lower].rgb, frame.false_colors[lower + 1u].rgb, place - f32(lower));
 }

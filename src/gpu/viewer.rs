@@ -13,7 +13,7 @@ use super::{
     frame::FrameUniforms,
     light_view::LightView,
     mesh_buffers::MeshBuffers,
-    mesh_view::{Layouts, MaterialUniforms, MeshInputs, MeshView},
+    mesh_view::{Layouts, MaterialUniforms, MeshInputs, MeshView, Variant},
     targets::Targets,
     wireframe::Wireframe,
 };
@@ -26,6 +26,7 @@ const MATERIAL_STRIDE: usize = 256;
 pub struct Viewer {
     layouts: Layouts,
     blit: Blit,
+    mesh_pass: MeshView,
     /// By number of samples; made when they are first needed.
     passes: BTreeMap<u32, Passes>,
     meshes: Vec<(Weak<ViewGeometry>, Arc<MeshBuffers>)>,
@@ -33,7 +34,6 @@ pub struct Viewer {
 }
 
 struct Passes {
-    mesh: MeshView,
     wireframe: Wireframe,
     light: LightView,
 }
@@ -66,8 +66,8 @@ struct Contents {
 #[derive(Clone, PartialEq)]
 struct Drawn {
     uniforms: FrameUniforms,
+    variant: Variant,
     size: [u32; 2],
-    samples: u32,
     wireframe: bool,
     light: bool,
 }
@@ -75,8 +75,10 @@ struct Drawn {
 impl Viewer {
     /// For windows of this format. The shaders are compiled when the first view is drawn.
     pub fn new(device: &wgpu::Device, target_format: wgpu::TextureFormat) -> Self {
+        let layouts = Layouts::new(device);
         Self {
-            layouts: Layouts::new(device),
+            mesh_pass: MeshView::new(device, &layouts),
+            layouts,
             blit: Blit::new(device, target_format),
             passes: BTreeMap::new(),
             meshes: Vec::new(),
@@ -93,10 +95,9 @@ impl Viewer {
         frame: &ViewFrame,
     ) -> bool {
         let frame = &ViewFrame { size: drawable_size(device, frame.size), ..frame.clone() };
-        let samples = if frame.antialias { 4 } else { 1 };
+        let samples = frame.samples();
         let mesh = self.mesh(device, queue, &frame.geometry);
         let passes = self.passes.entry(samples).or_insert_with(|| Passes {
-            mesh: MeshView::new(device, &self.layouts, samples),
             wireframe: Wireframe::new(device, &self.layouts, samples),
             light: LightView::new(device, &self.layouts, samples),
         });
@@ -109,8 +110,8 @@ impl Viewer {
         let uploaded = view.upload_contents(device, queue, &self.layouts, mesh, frame);
         let drawn = Drawn {
             uniforms: FrameUniforms::new(frame),
+            variant: Variant::new(frame),
             size: frame.size,
-            samples,
             wireframe: frame.wireframe,
             light: frame.light.is_some(),
         };
@@ -118,7 +119,8 @@ impl Viewer {
             return false;
         }
         queue.write_buffer(&view.frame_buffer, 0, bytemuck::bytes_of(&drawn.uniforms));
-        view.record(encoder, passes, &drawn);
+        self.mesh_pass.prepare(device, drawn.variant, &frame.geometry.scene, &frame.materials);
+        view.record(encoder, &self.mesh_pass, passes, &drawn);
         view.drawn = Some(drawn);
         true
     }
@@ -201,10 +203,12 @@ impl ViewState {
         is_new || uploads.contains(&true)
     }
 
-    fn record(&self, encoder: &mut wgpu::CommandEncoder, passes: &Passes, drawn: &Drawn) {
+    fn record(&self, encoder: &mut wgpu::CommandEncoder, mesh_pass: &MeshView, passes: &Passes, drawn: &Drawn) {
         let Some(contents) = &self.contents else { return };
         let mut pass = self.targets.begin(encoder);
         let inputs = MeshInputs {
+            scene: &contents.geometry.scene,
+            variant: drawn.variant,
             frame: &self.frame_group,
             irradiance: &contents.irradiance,
             buried: &contents.buried,
@@ -212,7 +216,7 @@ impl ViewState {
             material_group: &contents.material_group,
             material_stride: MATERIAL_STRIDE as u32,
         };
-        passes.mesh.record(&mut pass, &contents.mesh, &inputs);
+        mesh_pass.record(&mut pass, &contents.mesh, &inputs);
         if drawn.wireframe {
             passes.wireframe.record(&mut pass, &self.frame_group, &contents.mesh);
         }
