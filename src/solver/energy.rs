@@ -74,7 +74,8 @@ impl Ledger {
     }
 
     /// The fraction of the emitted power that is still to be absorbed: the last bounce's reflected power with the
-    /// geometric tail 1/(1-q) of all bounces after it, q being the ratio of the last two bounces.
+    /// geometric tail 1/(1-q) of all bounces after it, q being the ratio of the last two bounces (of direct light: to
+    /// the emitted power). At most 1.
     pub fn unabsorbed(&self) -> f64 {
         let power = |bounce: &BouncePower| bounce.reflected.element_sum();
         let emitted = self.emitted.element_sum();
@@ -84,8 +85,8 @@ impl Ledger {
         if emitted <= 0.0 || last <= 0.0 {
             return 0.0;
         }
-        let before = self.bounces.len().checked_sub(2).map(|index| power(&self.bounces[index]));
-        let ratio = before.map_or(0.0, |before| (last / before).clamp(0.0, 0.999));
-        last / emitted / (1.0 - ratio)
+        let before = self.bounces.len().checked_sub(2).map_or(emitted, |index| power(&self.bounces[index]));
+        let ratio = (last / before).clamp(0.0, 0.999);
+        (last / emitted / (1.0 - ratio)).min(1.0)
     }
 }
