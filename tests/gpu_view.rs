@@ -5,127 +5,19 @@
 #![cfg(feature = "gpu")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
-use std::{f32::consts::PI, path::Path, sync::Arc, time::Instant};
+mod gpu_stage;
+
+use std::{f32::consts::PI, path::Path, sync::Arc};
 
 use glam::Vec3;
+use gpu_stage::{Stage, Subjects, varied};
 use image::RgbaImage;
 use radiosity::{
-    gpu::{FalseColorRange, Shading, ViewFrame, ViewGeometry, Viewer, device, false_color},
+    gpu::{FalseColorRange, Shading, ViewFrame, false_color},
     math::color::{ToneCurve, ToneMap},
-    render::{RenderSettings, Subject, View, render},
-    scene::{
-        AreaLight, Camera, LoadOptions, Material, Scene, Tessellation, Texture, builtin,
-        load::{load, load_from_memory},
-        tessellate::TessellationOptions,
-        texture::TextureFilter,
-    },
-    solver::State,
-    trace::Tracer,
+    render::View,
+    scene::{AreaLight, Camera, LoadOptions, Material, Scene, Texture, load::load_from_memory, texture::TextureFilter},
 };
-
-/// A card and the views on it.
-struct Stage {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    viewer: Viewer,
-}
-
-impl Stage {
-    fn new() -> Option<Self> {
-        match device::headless() {
-            Ok((device, queue)) => {
-                let viewer = Viewer::new(&device, wgpu::TextureFormat::Rgba8Unorm);
-                Some(Self { device, queue, viewer })
-            }
-            Err(reason) => {
-                println!("skipped: {reason}");
-                None
-            }
-        }
-    }
-
-    /// True if the view was drawn again.
-    fn draw(&mut self, frame: &ViewFrame) -> bool {
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let drawn = self.viewer.draw(&self.device, &self.queue, &mut encoder, frame);
-        self.queue.submit([encoder.finish()]);
-        drawn
-    }
-
-    fn picture(&mut self, frame: &ViewFrame) -> RgbaImage {
-        self.draw(frame);
-        device::read_picture(&self.device, &self.queue, self.viewer.picture(frame.view).unwrap()).unwrap()
-    }
-}
-
-/// A scene cut into elements, with a camera and a field made up from positions and normals.
-struct Subjects {
-    scene: Arc<Scene>,
-    tessellation: Tessellation,
-    geometry: Arc<ViewGeometry>,
-    field: Arc<Vec<Vec3>>,
-    camera: Camera,
-    light: Option<AreaLight>,
-}
-
-impl Subjects {
-    fn new(scene: Scene, subdivide: u32, camera: Camera, field: impl Fn(Vec3, Vec3) -> Vec3) -> Self {
-        let scene = Arc::new(scene);
-        let tessellation = Tessellation::new(&scene, &TessellationOptions { subdivide, max_edge: None }).unwrap();
-        let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation).unwrap());
-        let mesh = &tessellation.mesh;
-        let field = mesh.positions.iter().zip(&mesh.normals).map(|(position, normal)| field(*position, *normal));
-        Self { field: Arc::new(field.collect()), scene, tessellation, geometry, camera, light: None }
-    }
-
-    fn cornell(subdivide: u32) -> Self {
-        let scene = builtin::cornell(&LoadOptions::default()).unwrap();
-        let (state, _) = State::from_toml(builtin::CORNELL_STATE).unwrap();
-        let camera = state.camera.unwrap().to_local(&scene.frame);
-        let light = state.light.unwrap().to_local(&scene.frame);
-        Self { light: Some(light), ..Self::new(scene, subdivide, camera, varied) }
-    }
-
-    fn frame(&self, size: [u32; 2], shading: Shading) -> ViewFrame {
-        ViewFrame {
-            view: 1,
-            geometry: Arc::clone(&self.geometry),
-            materials: Arc::new(self.scene.materials.clone()),
-            field: Arc::clone(&self.field),
-            field_version: 1,
-            buried: None,
-            camera: self.camera,
-            size,
-            shading,
-            tone_map: PLAIN,
-            wireframe: false,
-            ambient: Vec3::ZERO,
-            light: self.light,
-            light_outline: None,
-            antialias: false,
-        }
-    }
-
-    /// The same picture by the CPU, one ray through the middle of each pixel.
-    fn rendered(&self, frame: &ViewFrame, view: View) -> RgbaImage {
-        let tracer = Tracer::new(Arc::clone(&self.scene));
-        let light = frame.light;
-        let (scene, tessellation, field) = (&*self.scene, &self.tessellation, &**self.field);
-        let subject = Subject { scene, tracer: &tracer, tessellation, field, light };
-        let [width, height] = frame.size;
-        let samples = if frame.antialias { 16 } else { 1 };
-        let settings = RenderSettings { width, height, view, samples, tone_map: frame.tone_map };
-        render(&subject, &frame.camera, &settings)
-    }
-}
-
-const PLAIN: ToneMap = ToneMap { exposure: 0.0, white: 1.0, gamma: 1.0, curve: ToneCurve::Plain };
-
-/// A smooth field of different colours everywhere, between 0 and 6 W/m².
-fn varied(position: Vec3, normal: Vec3) -> Vec3 {
-    let waves = (3.0 * position + normal).map(f32::sin);
-    1.5 * (waves + 1.0) + Vec3::splat(1.5 * (1.0 + normal.y))
-}
 
 /// A square from -1 to 1 in the plane z = 0, facing +z, with texture coordinates from 0 to `repeats`.
 fn square(materials: &str, repeats: f32) -> Scene {
@@ -265,6 +157,24 @@ fn textures_are_read_as_the_cpu_reads_them() {
 }
 
 #[test]
+fn corners_at_one_vertex_keep_their_own_texture_coordinates() {
+    let Some(mut stage) = Stage::new() else { return };
+    // Both triangles of the square show the whole texture, so the corners on the diagonal differ.
+    let obj = "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvn 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\n\
+               usemtl wall\nf 1/1/1 2/2/1 3/3/1\nf 3/1/1 4/2/1 1/3/1\n";
+    let mut scene = load_from_memory("seam", obj, GREY, &LoadOptions::default()).unwrap();
+    let texels = (0..12_u8).map(|index| [20 * index, 255 - 20 * index, 60 * (index % 4), 255]).collect();
+    scene.textures = vec![Texture::new(String::from("twelve"), 4, 3, texels, TextureFilter::Nearest)];
+    scene.materials[0].reflectance_texture = Some(0);
+    let subjects = Subjects::new(scene, 2, CAMERA, varied);
+    // Cut in four twice, the diagonal has 5 vertices; each is there twice but the middle one, which is the texture's
+    // middle from either side.
+    assert_eq!(subjects.geometry.vertex_count(), subjects.tessellation.mesh.positions.len() + 4);
+    let frame = subjects.frame([150, 150], Shading::Radiosity);
+    assert_alike("seam", &stage.picture(&frame), &subjects.rendered(&frame, View::Radiosity), 0.3, 0.01);
+}
+
+#[test]
 fn with_several_samples_a_pixel_textures_are_smoothed_too() {
     let Some(mut stage) = Stage::new() else { return };
     // A checkerboard of 1.3 squares a pixel: read once a pixel, each is black or white.
@@ -397,69 +307,4 @@ fn the_light_shines_to_its_front_and_has_an_outline_two_pixels_wide() {
     assert_eq!([15, 16, 17, 18, 30].map(|column| outlined[(column, 30)].0[1]), [0, 255, 255, 0, 0]);
     let turned = AreaLight { half_extent_u: -light.half_extent_u, ..light };
     assert_eq!(stage.picture(&ViewFrame { light: Some(turned), ..frame })[(30, 30)].0, [13, 13, 13, 255]);
-}
-
-/// Frame times at 1280×720; run with `cargo test --test gpu_view -- --ignored --nocapture time_of_a_frame`.
-#[test]
-#[ignore = "a measurement, not a check"]
-fn time_of_a_frame() {
-    let Some(mut stage) = Stage::new() else { return };
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/atrium/atrium.obj");
-    let atrium = || {
-        let scene = load(&path, &LoadOptions::default()).unwrap();
-        let state = std::fs::read_to_string(path.with_extension("toml")).unwrap();
-        let camera = State::from_toml(&state).unwrap().0.camera.unwrap().to_local(&scene.frame);
-        Subjects::new(scene, 0, camera, varied)
-    };
-    let subjects = [("cornell 5", Subjects::cornell(5)), ("atrium", atrium()), ("cornell 8", Subjects::cornell(8))];
-    for (name, subjects) in &subjects {
-        let geometry = &subjects.geometry;
-        let start = Instant::now();
-        let again = ViewGeometry::new(&subjects.scene, &subjects.tessellation).unwrap();
-        println!("{name}: prepared in {:.1} ms, {} bytes", 1000.0 * start.elapsed().as_secs_f64(), again.bytes());
-        println!("{name}: {} vertices, {} triangles", geometry.vertex_count(), geometry.triangle_count());
-        let plain = subjects.frame([1280, 720], Shading::Radiosity);
-        let frames = [
-            ("1 sample", plain.clone()),
-            ("4 samples", ViewFrame { antialias: true, ..plain.clone() }),
-            ("4 samples, wireframe", ViewFrame { antialias: true, wireframe: true, ..plain.clone() }),
-            (
-                "4 samples, false colours",
-                ViewFrame {
-                    antialias: true,
-                    shading: Shading::FalseColor(FalseColorRange { minimum: 0.0, maximum: 3.0, logarithmic: false }),
-                    ..plain
-                },
-            ),
-        ];
-        for (what, frame) in frames {
-            let [moved, new_field] = [false, true].map(|new_field| frame_times(&mut stage, &frame, new_field));
-            let median = |times: &[[f64; 2]]| {
-                [0, 1].map(|column| {
-                    let mut sorted: Vec<f64> = times.iter().map(|time| time[column]).collect();
-                    sorted.sort_by(f64::total_cmp);
-                    sorted[sorted.len() / 2]
-                })
-            };
-            let (first, moved, new_field) = (moved[0], median(&moved[1..]), median(&new_field[1..]));
-            println!("  {what}, ms recorded and drawn: first {first:.1?}, then {moved:.1?}, new field {new_field:.1?}");
-        }
-        let picture = stage.picture(&ViewFrame { antialias: true, ..subjects.frame([1280, 720], Shading::Radiosity) });
-        picture.save(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"))).unwrap();
-    }
-}
-
-/// Milliseconds for each of some frames by a moving camera: until recorded, and until the picture is finished.
-fn frame_times(stage: &mut Stage, frame: &ViewFrame, new_field: bool) -> Vec<[f64; 2]> {
-    let times = (0..8).map(|step| {
-        let position = frame.camera.position + 1e-4 * step as f32 * frame.camera.right;
-        let field_version = if new_field { 100 + step } else { 1 };
-        let moved = ViewFrame { camera: Camera { position, ..frame.camera }, field_version, ..frame.clone() };
-        let start = Instant::now();
-        stage.draw(&moved);
-        let recorded = start.elapsed();
-        stage.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        [recorded, start.elapsed()].map(|time| 1000.0 * time.as_secs_f64())
-    });
-    times.collect()
 }

@@ -19,7 +19,8 @@ pub const STOPS: [[u8; 3]; 10] = [
 /// The sRGB-coded colour, in [0, 1], of a value in [0, 1]; values outside get the end colours. Legends and shader use
 /// the same stops, so they show the same colours.
 pub fn color(value: f32) -> Vec3 {
-    let place = value.max(0.0).min(1.0) * (STOPS.len() - 1) as f32; // also takes NaN to 0
+    let inside = if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
+    let place = inside * (STOPS.len() - 1) as f32;
     let lower = (place as usize).min(STOPS.len() - 2);
     stop(lower).lerp(stop(lower + 1), place - lower as f32)
 }

@@ -1,6 +1,6 @@
 //! The scene's textures on the card.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::scene::{Scene, Texture};
 
@@ -24,15 +24,9 @@ impl TextureGroups {
         let of_material: Vec<TexturePair> =
             scene.materials.iter().map(|material| [material.reflectance_texture, material.opacity_texture]).collect();
         let white = upload(device, queue, "no texture", [1, 1], &[[255; 4]]);
-        let used: BTreeMap<u32, wgpu::TextureView> = of_material
-            .iter()
-            .flatten()
-            .flatten()
-            .map(|&index| index)
-            .collect::<std::collections::BTreeSet<_>>()
-            .into_iter()
-            .map(|index| (index, upload_texture(device, queue, &scene.textures[index as usize])))
-            .collect();
+        let used: BTreeSet<u32> = of_material.iter().flatten().flatten().copied().collect();
+        let uploaded = |index| (index, upload_texture(device, queue, &scene.textures[index as usize]));
+        let used: BTreeMap<u32, wgpu::TextureView> = used.into_iter().map(uploaded).collect();
         let view = |texture: Option<u32>| texture.and_then(|index| used.get(&index)).unwrap_or(&white);
         let mut groups = BTreeMap::new();
         for &[reflectance, opacity] in &of_material {
