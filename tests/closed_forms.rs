@@ -72,7 +72,7 @@ fn plates_exchange_the_light_that_their_form_factors_say() {
         let emitter = scene.emissive_triangles().next().unwrap_or_else(|| panic!("{name}: nothing emits"));
         let emitter_normal = scene.mesh.geometric_normal(emitter);
         let settings =
-            SolveSettings { rays: 256, light_rays: 256, bounces: Some(0), subdivide: 4, ..SolveSettings::default() };
+            SolveSettings { rays: 256, light_rays: 256, bounces: Some(0), subdivide: 1, ..SolveSettings::default() };
         let problem = problem(&scene, None, settings);
         let (solution, _) = solve_unwatched(&problem);
         let mean =

@@ -47,7 +47,7 @@ fn random_rays(seed: u64, count: usize) -> Vec<Ray> {
     let mut ray = |index: usize| {
         let origin = (Vec3::from_array(generator.random::<[f32; 3]>()) * 2.0 - 1.0) * 1.2;
         let direction = random_unit(&mut generator);
-        free_ray(origin, if index % 10 == 0 { axes[index / 10 % 6] } else { direction })
+        free_ray(origin, if index.is_multiple_of(10) { axes[index / 10 % 6] } else { direction })
     };
     (0..count).map(&mut ray).collect()
 }
@@ -141,7 +141,7 @@ fn agree_with_brute_force(name: &str, scene: Arc<Scene>) {
         let nearest = all.iter().map(|(distance, _)| *distance).fold(f64::INFINITY, f64::min);
         match tracer.closest_hit(ray) {
             None => {
-                assert!(nearest == f64::INFINITY || is_grazing(&scene, ray, &all), "{name}: {ray:?} missed {all:?}")
+                assert!(nearest == f64::INFINITY || is_grazing(&scene, ray, &all), "{name}: {ray:?} missed {all:?}");
             }
             Some(hit) => {
                 let distance = f64::from(hit.distance);

@@ -5,15 +5,10 @@ mod common;
 
 use std::sync::Arc;
 
-use glam::DVec3;
+use common::truths::{CASES, agreement_of, case};
 use radiosity::{
-    check::{
-        metrics::{Agreement, Estimates, agreement},
-        path_tracer::{PathSettings, PathTracer},
-        surface_points::{area_uniform_points, locate, ray_origin, truth_point},
-        truth_file::{self, TruthPoint, TruthValue},
-    },
-    scene::{LoadOptions, Scene, area_light::AreaLightState, load},
+    check::surface_points::{area_uniform_points, locate, truth_point},
+    scene::{LoadOptions, load},
     trace::Tracer,
 };
 
@@ -24,113 +19,47 @@ const SAMPLES: u32 = 1024;
 /// Where light comes by rare paths alone, an estimate does not know its own error: this part of the mean is allowed.
 const FLOOR: f64 = 0.01;
 
-struct Case {
-    scene: Arc<Scene>,
-    light: Option<AreaLightState>,
-    points: Vec<TruthPoint>,
-    values: Vec<TruthValue>,
-    bounces: u32,
-}
-
-/// A truth thinned out, with its scene and the light of its comment.
-fn case(truth: &str, scene: &str) -> Option<Case> {
-    let scene_path = common::shared(&format!("scenes/{scene}"))?;
-    let truth = truth_file::read(&common::shared(&format!("truth/{truth}.csv"))?).unwrap();
-    let scene = load::load(&scene_path, &LoadOptions { reflectance_limit: 0.999, ..LoadOptions::default() }).unwrap();
-    let comment = |key: &str| truth.comments.iter().find(|line| line.contains(key)).unwrap();
-    let numbers = |text: &str| text.split(',').map(|word| word.trim().parse::<f64>().unwrap()).collect::<Vec<_>>();
-    let words: Vec<&str> = comment("light (").split_once(':').unwrap().1.split_whitespace().collect();
-    let light = (words.len() == 5).then(|| {
-        let triple = |index: usize| <[f64; 3]>::try_from(numbers(words[index])).unwrap();
-        AreaLightState { centre: triple(0), u: triple(1), v: triple(2), radiance: triple(4).map(|band| band as f32) }
-    });
-    let before_bounces = comment("indirect bounces").split(" indirect").next().unwrap();
-    let bounces = before_bounces.split_whitespace().last().unwrap().parse().unwrap();
-    let thin = |index: &usize| index % STEP == 0;
-    let kept: Vec<usize> = (0..truth.points.len()).filter(thin).collect();
-    let values = truth.values.unwrap();
-    Some(Case {
-        scene: Arc::new(scene),
-        light,
-        points: kept.iter().map(|&index| truth.points[index]).collect(),
-        values: kept.iter().map(|&index| values[index]).collect(),
-        bounces,
-    })
-}
-
-/// The path tracer's total against the truth's, with the light multiplied by `brightness`.
-fn agreement_of(case: &Case, brightness: f32) -> Agreement {
-    let tracer = Tracer::new(case.scene.clone());
-    let light =
-        case.light.map(|light| AreaLightState { radiance: light.radiance.map(|band| band * brightness), ..light });
-    let light = light.map(|light| light.to_local(&case.scene.frame));
-    let origins: Vec<_> = case
-        .points
-        .iter()
-        .map(|point| ray_origin(&case.scene, point, Some(locate(&case.scene, &tracer, point).unwrap())))
-        .collect();
-    let settings = PathSettings { samples: SAMPLES, bounces: case.bounces, seed: 5 };
-    let path_tracer = PathTracer::new(&*case.scene, &tracer, light.as_ref(), settings);
-    let found = path_tracer.estimate_all(&origins, |_| ());
-    let truth: Vec<DVec3> = case.values.iter().map(|value| value.total).collect();
-    let mean = truth.iter().map(|value| value.element_sum() / 3.0).sum::<f64>() / truth.len() as f64;
-    for (index, (found, truth)) in found.iter().zip(&truth).enumerate() {
-        let leak = if *truth == DVec3::ZERO { found.total.mean.max_element() } else { 0.0 };
-        assert!(leak < FLOOR * mean, "light leaks to {:?}: {leak}", case.points[index]);
-    }
-    agreement(
-        Estimates {
-            values: &found.iter().map(|found| found.total.mean).collect::<Vec<_>>(),
-            standard_errors: &found.iter().map(|found| found.total.standard_error).collect::<Vec<_>>(),
-        },
-        Estimates {
-            values: &truth,
-            standard_errors: &case.values.iter().map(|value| value.standard_error).collect::<Vec<_>>(),
-        },
-        FLOOR * mean,
-    )
-}
-
-fn assert_agrees(truth: &str, scene: &str) {
-    let Some(case) = case(truth, scene) else {
+fn assert_agrees(truth: &str) {
+    let (_, scene) = CASES.iter().find(|(name, _)| *name == truth).unwrap();
+    let Some(case) = case(truth, scene, STEP) else {
         return;
     };
-    let found = agreement_of(&case, 1.0);
+    let found = agreement_of(&case, 1.0, SAMPLES, FLOOR);
     assert!(found.mean_difference.iter().all(|difference| difference.abs() < 3.0), "{truth}: {found:?}");
     assert!(found.largest < 6.0, "{truth}: {found:?} at {:?}", case.points[found.largest_at]);
 }
 
 #[test]
 fn cornell_box_agrees_with_the_truth() {
-    assert_agrees("cornell", "cornell/cornell.obj");
+    assert_agrees("cornell");
 }
 
 #[test]
 fn original_cornell_box_with_its_emissive_quad_agrees_with_the_truth() {
-    assert_agrees("cornell-original", "cornell-original/CornellBox-Original.obj");
+    assert_agrees("cornell-original");
 }
 
 #[test]
 fn colour_bleeding_room_agrees_with_the_truth() {
-    assert_agrees("indirect-test", "indirect-test/indirect-test_tex.obj");
+    assert_agrees("indirect-test");
 }
 
 #[test]
 fn sponza_with_textures_and_interpolated_normals_agrees_with_the_truth() {
-    assert_agrees("sponza", "sponza/sponza.obj");
+    assert_agrees("sponza");
 }
 
 #[test]
 fn staircase_with_its_emissive_ceiling_agrees_with_the_truth() {
-    assert_agrees("staircase", "staircase/staircase.obj");
+    assert_agrees("staircase");
 }
 
 #[test]
 fn a_light_two_percent_too_bright_does_not_agree() {
-    let Some(case) = case("cornell", "cornell/cornell.obj") else {
+    let Some(case) = case("cornell", "cornell/cornell.obj", STEP) else {
         return;
     };
-    let found = agreement_of(&case, 1.02);
+    let found = agreement_of(&case, 1.02, SAMPLES, FLOOR);
     assert!(found.mean_difference.iter().all(|&difference| difference > 3.0), "{found:?}");
 }
 

@@ -2,9 +2,9 @@
 //!
 //! | columns | meaning |
 //! | --- | --- |
-//! | `px,py,pz` | point [m] |
+//! | `px,py,pz` | point, metres |
 //! | `nx,ny,nz` | shading normal |
-//! | `direct_r,g,b` | bounce 0 [W/m²] |
+//! | `direct_r,g,b` | bounce 0, W/m² |
 //! | `bounce1_r,g,b`, `bounce2_r,g,b` | those bounces alone |
 //! | `total_r,g,b` | all bounces |
 //! | `se_r,g,b` | standard error of the total |
@@ -21,7 +21,7 @@ use glam::DVec3;
 /// A point on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruthPoint {
-    /// Where it lies [m].
+    /// Where it lies, in metres.
     pub position: DVec3,
     /// Unit shading normal.
     pub normal: DVec3,

@@ -51,24 +51,23 @@ impl SceneArgs {
         let (state, warnings) = loaded_scene::read_state(&self.scene, self.state.as_deref())?;
         let options = overlay(state.load.clone(), &self.load, matches)?;
         let loaded = LoadedScene::load(&self.scene, state, options)?;
-        Ok(with_warnings_printed(loaded, warnings))
+        print_warnings(&warnings);
+        let path = loaded.path.display();
+        loaded.scene.warnings.iter().for_each(|warning| eprintln!("warning: {path}: {warning}"));
+        Ok(loaded)
     }
 
-    /// Reads the scene with the options that a solution was computed with, whatever flags and state say.
+    /// Reads the scene with the options that a solution was computed with, whatever flags and state say. What was
+    /// repaired was said then, and is not said again.
     pub fn load_as_solved(&self, options: &LoadOptions) -> anyhow::Result<LoadedScene> {
         let (state, warnings) = loaded_scene::read_state(&self.scene, self.state.as_deref())?;
-        let loaded = LoadedScene::load(&self.scene, state, options.clone())?;
-        Ok(with_warnings_printed(loaded, warnings))
+        print_warnings(&warnings);
+        LoadedScene::load(&self.scene, state, options.clone())
     }
 }
 
-/// Prints the warnings about a scene's state and its file to standard error.
-fn with_warnings_printed(loaded: LoadedScene, state_warnings: Vec<String>) -> LoadedScene {
-    let scene_warnings = loaded.scene.warnings.iter().map(|warning| format!("{}: {warning}", loaded.path.display()));
-    for warning in state_warnings.into_iter().chain(scene_warnings) {
-        eprintln!("warning: {warning}");
-    }
-    loaded
+fn print_warnings(warnings: &[String]) {
+    warnings.iter().for_each(|warning| eprintln!("warning: {warning}"));
 }
 
 impl LightArgs {

@@ -84,6 +84,12 @@ pub struct Solved {
 
 /// Runs the command.
 pub fn run(args: &SolveArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
+    for path in args.output.iter().chain(&args.report) {
+        files::check_writable(path)?;
+    }
+    if args.output.is_none() && !args.json {
+        eprintln!("note: the solution will not be saved; give -o FILE to save it");
+    }
     let loaded = args.scene.load(matches)?;
     let settings = overlay(loaded.state.settings.clone(), &args.settings, matches)?;
     let light = args.light.over(loaded.state.light)?;
@@ -100,9 +106,8 @@ pub fn run(args: &SolveArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
         println!("{json}");
     } else {
         print_summary(&report);
-        match &args.output {
-            Some(path) => println!("solution   {}", path.display()),
-            None => println!("The solution was not saved; give -o FILE to save it."),
+        if let Some(path) = &args.output {
+            println!("solution   {}", path.display());
         }
     }
     Ok(if solved.solution.info.complete { Outcome::Done } else { Outcome::Cancelled })
@@ -159,7 +164,7 @@ pub fn solve_with_progress(
     }
     job.messages().for_each(|message| show(&message, &mut progress));
     let (solution, report) = job.finish().context("the solver stopped by an error of its own; please report it")?;
-    progress.finish(if solution.info.complete { "done" } else { "cancelled; the partial result is kept" });
+    progress.finish(if solution.info.complete { "done" } else { "cancelled: what was computed is kept" });
     Ok(Solved { tracer, tessellation, solution, report, build_seconds })
 }
 

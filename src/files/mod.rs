@@ -6,11 +6,12 @@ pub mod mesh_export;
 use std::{
     fs::File,
     io::{BufWriter, Write},
-    path::Path,
+    path::{Path, PathBuf},
 };
 
 use anyhow::{Context as _, anyhow};
 use image::{ExtendedColorType, ImageEncoder as _, RgbaImage, codecs::png::PngEncoder};
+use tempfile::NamedTempFile;
 
 use crate::{
     scene::{Scene, Tessellation},
@@ -26,18 +27,38 @@ pub fn write_atomically(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyho
     write_or_leave(path, write).with_context(|| format!("{}: not written", path.display()))
 }
 
+/// Fails now if a file could not be written later: for work that takes long.
+pub fn check_writable(path: &Path) -> anyhow::Result<()> {
+    let whole = || if is_special(path)? { Ok(()) } else { temporary_for(path).map(|_| ()) };
+    whole().with_context(|| format!("{}: cannot be written", path.display()))
+}
+
 fn write_or_leave(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Result<()>) -> anyhow::Result<()> {
-    let existing = std::fs::metadata(path).ok();
-    if existing.as_ref().is_some_and(std::fs::Metadata::is_dir) {
-        return Err(anyhow!("it is a folder; give the name of a file"));
-    }
-    if existing.as_ref().is_some_and(|existing| !existing.is_file()) {
+    if is_special(path)? {
         let mut writer = BufWriter::with_capacity(BUFFER_SIZE, File::options().write(true).open(path)?);
         write(&mut writer)?;
         return Ok(writer.flush()?);
     }
+    let (temporary, target) = temporary_for(path)?;
+    let mut writer = BufWriter::with_capacity(BUFFER_SIZE, temporary);
+    write(&mut writer)?;
+    writer.into_inner().map_err(std::io::IntoInnerError::into_error)?.persist(&target)?;
+    Ok(())
+}
+
+/// True for what exists and is neither file nor folder; an error for a folder.
+fn is_special(path: &Path) -> anyhow::Result<bool> {
+    match std::fs::metadata(path) {
+        Ok(existing) if existing.is_dir() => Err(anyhow!("it is a folder; give the name of a file")),
+        Ok(existing) => Ok(!existing.is_file()),
+        Err(_) => Ok(false),
+    }
+}
+
+/// A temporary file that can be renamed to `path`, and the path to rename it to.
+fn temporary_for(path: &Path) -> anyhow::Result<(NamedTempFile, PathBuf)> {
     // A link stays a link, and what it points to is replaced.
-    let target = if existing.is_some() { path.canonicalize()? } else { path.to_path_buf() };
+    let target = if path.exists() { path.canonicalize()? } else { path.to_path_buf() };
     let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".radiosity-");
@@ -48,10 +69,7 @@ fn write_or_leave(path: &Path, write: impl FnOnce(&mut dyn Write) -> anyhow::Res
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     let temporary = builder.tempfile_in(folder).context("check that the folder exists and may be written to")?;
-    let mut writer = BufWriter::with_capacity(BUFFER_SIZE, temporary);
-    write(&mut writer)?;
-    writer.into_inner().map_err(std::io::IntoInnerError::into_error)?.persist(&target)?;
-    Ok(())
+    Ok((temporary, target))
 }
 
 /// Reads a file into memory. Folders and devices, which have no end, are refused.
@@ -121,6 +139,10 @@ mod tests {
         assert_eq!(std::fs::read_dir(folder.path())?.count(), 1);
         write_atomically(&path, |writer| Ok(writer.write_all(b"third")?))?;
         assert_eq!(std::fs::read(&path)?, b"third");
+        check_writable(&path)?;
+        assert_eq!(std::fs::read(&path)?, b"third", "a check changes nothing");
+        let missing = check_writable(&folder.path().join("missing").join("out.txt")).err().context("must fail")?;
+        assert!(format!("{missing:#}").contains("missing"), "{missing:#}");
         Ok(())
     }
 

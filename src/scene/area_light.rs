@@ -41,11 +41,11 @@ impl AreaLight {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct AreaLightState {
-    /// Centre [m].
+    /// Centre, in metres.
     pub centre: [f64; 3],
-    /// Half-extent vector u [m].
+    /// Half-extent vector u, in metres.
     pub u: [f64; 3],
-    /// Half-extent vector v [m]; the light shines to the side of u × v.
+    /// Half-extent vector v, in metres; the light shines to the side of u × v.
     pub v: [f64; 3],
     /// Radiance, linear RGB [W/(m² sr)].
     pub radiance: [f32; 3],

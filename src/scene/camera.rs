@@ -34,13 +34,13 @@ impl Camera {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CameraState {
-    /// Eye point [m].
+    /// Eye point, in metres.
     pub position: [f64; 3],
-    /// A point the camera looks at [m].
+    /// A point the camera looks at, in metres.
     pub target: [f64; 3],
     /// Up direction.
     pub up: [f64; 3],
-    /// Vertical field of view [degrees], above 0 and below 180.
+    /// Vertical field of view, in degrees, above 0 and below 180.
     pub fov_degrees: f32,
 }
 

@@ -75,6 +75,7 @@ fn load_text(
         return Err(no_face(&warnings));
     }
     let mut textures = textures::attach(&mut materials, &wanted, options, &mut warnings);
+    mtl::settle_opacity(&mut materials, options.opaque, &mut warnings);
     mtl::limit_reflectances(&mut materials, &mut textures, options.reflectance_limit, &mut warnings);
     Ok(Scene { name, mesh, materials, textures, frame, two_sided: options.two_sided, warnings })
 }

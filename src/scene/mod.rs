@@ -50,7 +50,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// The least and greatest coordinates of all vertices [m].
+    /// The least and greatest coordinates of all vertices, in metres.
     pub fn bounds_in_metres(&self) -> (DVec3, DVec3) {
         let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (low, high) =

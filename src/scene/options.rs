@@ -28,6 +28,9 @@ pub struct LoadOptions {
     /// The highest reflectance that a material keeps, in any band; up to 0.999. Higher ones are clamped, and counted.
     #[arg(long, value_name = "REFLECTANCE", default_value_t = LoadOptions::default().reflectance_limit)]
     pub reflectance_limit: f32,
+    /// Treat every surface as opaque: `d` and `map_d` are ignored. Otherwise light passes where opacity is below one half.
+    #[arg(long)]
+    pub opaque: bool,
     /// How textures are read between their texel centres.
     #[arg(long, value_enum, default_value_t = LoadOptions::default().texture_filter)]
     pub texture_filter: TextureFilter,
@@ -42,6 +45,7 @@ impl Default for LoadOptions {
             unit_size: false,
             two_sided: false,
             reflectance_limit: 0.95,
+            opaque: false,
             texture_filter: TextureFilter::Nearest,
         }
     }

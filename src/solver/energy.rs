@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::{Scene, Tessellation, reflectance::triangle_mean_reflectance};
 
-/// Power [W] of one bounce, per band.
+/// Power, in watts of one bounce, per band.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct BouncePower {
     /// Arriving on front sides.
@@ -21,7 +21,7 @@ pub struct BouncePower {
 /// Emitted power and the power of each bounce.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Ledger {
-    /// Power of all lights [W].
+    /// Power of all lights, in watts.
     pub emitted: DVec3,
     /// Bounce 0 (direct) and on.
     pub bounces: Vec<BouncePower>,
@@ -45,7 +45,6 @@ impl VertexWeights {
             let share = f64::from(mesh.area(element as u32)) * square_metres / 3.0;
             let reflectance = reflectance[tessellation.scene_triangle[element] as usize].as_dvec3();
             for vertex in mesh.triangles[element].map(|vertex| vertex as usize) {
-                weights.area[vertex] += share;
                 weights.reflecting_area[vertex] += share * reflectance;
             }
         }
@@ -75,7 +74,8 @@ impl Ledger {
     }
 
     /// The fraction of the emitted power that is still to be absorbed: the last bounce's reflected power with the
-    /// geometric tail 1/(1-q) of all bounces after it, q being the ratio of the last two bounces.
+    /// geometric tail 1/(1-q) of all bounces after it, q being the ratio of the last two bounces (of direct light: to
+    /// the emitted power). At most 1.
     pub fn unabsorbed(&self) -> f64 {
         let power = |bounce: &BouncePower| bounce.reflected.element_sum();
         let emitted = self.emitted.element_sum();
@@ -85,8 +85,8 @@ impl Ledger {
         if emitted <= 0.0 || last <= 0.0 {
             return 0.0;
         }
-        let before = self.bounces.len().checked_sub(2).map(|index| power(&self.bounces[index]));
-        let ratio = before.map_or(0.0, |before| (last / before).clamp(0.0, 0.999));
-        last / emitted / (1.0 - ratio)
+        let before = self.bounces.len().checked_sub(2).map_or(emitted, |index| power(&self.bounces[index]));
+        let ratio = (last / before).clamp(0.0, 0.999);
+        (last / emitted / (1.0 - ratio)).min(1.0)
     }
 }

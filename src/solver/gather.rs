@@ -72,8 +72,8 @@ pub struct SolveReport {
     pub energy: Ledger,
 }
 
-/// Vertices that one task handles: some 10 ms of work at 256 rays.
-const CHUNK: usize = 64;
+/// Gather rays that one task traces: some 10 ms of work, and 128 KiB of rows.
+const RAYS_PER_TASK: usize = 1 << 14;
 
 /// Without a bounce limit, no more than this many.
 const MOST_BOUNCES: u32 = 1000;
@@ -158,9 +158,15 @@ impl Solve<'_> {
         FinderCounts { gather: rays, light: self.settings().light_rays }
     }
 
+    /// Vertices that one task handles.
+    fn chunk_size(&self) -> usize {
+        (RAYS_PER_TASK / self.settings().rays.max(1) as usize).clamp(1, 1024)
+    }
+
     fn chunk_range(&self, chunk: usize) -> std::ops::Range<u32> {
-        let end = ((chunk + 1) * CHUNK).min(self.vertex_count());
-        (chunk * CHUNK) as u32..end as u32
+        let size = self.chunk_size();
+        let end = ((chunk + 1) * size).min(self.vertex_count());
+        (chunk * size) as u32..end as u32
     }
 
     /// The first stage: rows, which vertices are buried, and direct light, all in one pass over the vertices.
@@ -172,7 +178,7 @@ impl Solve<'_> {
         };
         let work = self.vertex_count() as u64;
         self.monitor.enter_stage(Stage::Tracing, 0, work, 1.0);
-        let chunk_count = self.vertex_count().div_ceil(CHUNK);
+        let chunk_count = self.vertex_count().div_ceil(self.chunk_size());
         (0..chunk_count).into_par_iter().map(|chunk| self.trace_chunk(chunk, rays)).collect()
     }
 

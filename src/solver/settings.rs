@@ -30,10 +30,10 @@ pub struct SolveSettings {
     /// Cut every edge in two this many times (2^N segments an edge).
     #[arg(long, value_name = "N", default_value_t = SolveSettings::default().subdivide)]
     pub subdivide: u32,
-    /// Bisect edges until none is longer than this [m].
+    /// Bisect edges until none is longer than this, in metres.
     #[arg(long, value_name = "METRES")]
     pub max_edge: Option<f64>,
-    /// Memory for the traced rows [MiB]; what does not fit is traced again at each bounce, with the same result.
+    /// Memory for the traced rows, in MiB; what does not fit is traced again at each bounce, with the same result.
     #[arg(long, value_name = "MIB", default_value_t = SolveSettings::default().row_memory)]
     pub row_memory: u32,
 }

@@ -1,7 +1,7 @@
 //! The program's ray tracer: a compressed wide BVH from obvhs with our own watertight triangle test.
 //!
 //! obvhs's triangle test lets rays through at shared edges, and its boxes are exact, so a flat wall's box has no
-//! thickness. So the test is [`super::triangle`]'s, and every box is padded by more than its rounding error.
+//! thickness. So the test is `triangle.rs`'s, and every box is padded by more than its rounding error.
 
 use std::{sync::Arc, time::Duration};
 

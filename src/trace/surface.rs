@@ -45,7 +45,7 @@ impl SurfacePoint {
     pub fn ray_to(&self, target: Vec3) -> Option<Ray> {
         let offset = target - self.origin;
         let distance = offset.length();
-        if !(distance > 0.0) {
+        if distance <= 0.0 || !distance.is_finite() {
             return None;
         }
         self.ray(offset / distance).map(|ray| Ray { max_distance: distance, ..ray })

@@ -75,7 +75,8 @@ const RAYS_PER_LOOK: u32 = 4096;
 
 impl Transport<'_> {
     /// Traces the rows of `vertices` and appends them to `chunk`. `receive` gets, for each vertex, the origins that are
-    /// not buried and the gather rays' share of direct irradiance from emissive triangles. Returns false if `is_cancelled` said so; the chunk then ends with the last whole row.
+    /// not buried and the gather rays' share of direct irradiance from emissive triangles. Returns false if
+    /// `is_cancelled` said so; the chunk then ends with the last whole row.
     pub fn trace(
         &self,
         vertices: std::ops::Range<u32>,
@@ -97,6 +98,7 @@ impl Transport<'_> {
             chunk.rows.push((chunk.entries.len() as u32, kept.rays));
             receive(vertex, &origins, kept.emission / kept.rays.max(1) as f32);
         }
+        chunk.entries.shrink_to_fit();
         true
     }
 

@@ -1,6 +1,7 @@
 //! What several test programs need; each uses a part of it.
-#![expect(clippy::allow_attributes, reason = "which parts are unused differs from one test program to the next")]
-#![allow(dead_code)]
+#![allow(dead_code, reason = "which parts are unused differs from one test program to the next")]
+
+pub(crate) mod truths;
 
 use std::{
     path::{Path, PathBuf},
@@ -26,13 +27,13 @@ pub(crate) fn shared(relative: &str) -> Option<PathBuf> {
 }
 
 /// Reads one of the project's own scenes, such as `cornell/cornell`.
-pub fn own_scene(name: &str, options: &LoadOptions) -> Arc<Scene> {
+pub(crate) fn own_scene(name: &str, options: &LoadOptions) -> Arc<Scene> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes").join(format!("{name}.obj"));
     Arc::new(load::load(&path, options).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// A problem ready to be solved.
-pub fn problem(scene: &Arc<Scene>, light: Option<AreaLightState>, settings: SolveSettings) -> Problem {
+pub(crate) fn problem(scene: &Arc<Scene>, light: Option<AreaLightState>, settings: SolveSettings) -> Problem {
     let tessellation = Tessellation::new(scene, &settings.tessellation()).unwrap_or_else(|error| panic!("{error}"));
     Problem {
         scene: Arc::clone(scene),
@@ -45,12 +46,12 @@ pub fn problem(scene: &Arc<Scene>, light: Option<AreaLightState>, settings: Solv
 }
 
 /// Solves without watching.
-pub fn solve_unwatched(problem: &Problem) -> (Solution, SolveReport) {
+pub(crate) fn solve_unwatched(problem: &Problem) -> (Solution, SolveReport) {
     solve(problem, &Monitor::new(problem.tessellation.mesh.positions.len(), None))
 }
 
 /// The light of the Cornell box, as its state has it.
-pub fn cornell_light() -> AreaLightState {
+pub(crate) fn cornell_light() -> AreaLightState {
     AreaLightState {
         centre: [0.278, 0.5487, 0.2795],
         u: [0.065, 0.0, 0.0],

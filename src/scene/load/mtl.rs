@@ -240,7 +240,6 @@ struct Tallies {
     nameless: bool,
     broken: usize,
     specular: usize,
-    see_through: usize,
 }
 
 impl Tallies {
@@ -255,10 +254,6 @@ impl Tallies {
         if self.specular > 0 {
             let count = counted(self.specular, "material");
             warnings.push(format!("ignored the specular terms (Ks) of {count}: all surfaces are diffuse"));
-        }
-        if self.see_through > 0 {
-            let count = counted(self.see_through, "material");
-            warnings.push(format!("{count} less than half opaque: light passes as if nothing were there"));
         }
     }
 }
@@ -278,8 +273,21 @@ fn convert(source: &tobj::Material, tallies: &mut Tallies) -> Material {
     let opacity = source.dissolve.filter(|value| value.is_finite()).map_or(1.0, |value| value.clamp(0.0, 1.0) as f32);
     tallies.broken += usize::from(broken);
     tallies.specular += usize::from(source.specular.is_some_and(|specular| specular != [0.0; 3]));
-    tallies.see_through += usize::from(opacity < 0.5);
     Material { name: source.name.clone(), reflectance, emitted_radiance, opacity, ..Default::default() }
+}
+
+/// Closes every surface if asked to; otherwise tells of materials that light passes everywhere.
+pub(super) fn settle_opacity(materials: &mut [Material], opaque: bool, warnings: &mut Vec<String>) {
+    if opaque {
+        for material in materials.iter_mut() {
+            (material.opacity, material.opacity_texture) = (1.0, None);
+        }
+    }
+    let see_through = materials.iter().filter(|material| material.opacity < 0.5).count();
+    if see_through > 0 {
+        let count = counted(see_through, "material");
+        warnings.push(format!("{count} less than half opaque: light passes (option --opaque closes them)"));
+    }
 }
 
 /// Brings reflectances down to the limit. Of a textured material the texels that exceed it are brought down, so that

@@ -1,7 +1,7 @@
 //! Elements: the scene's triangles cut finer, and the way from a point of a scene triangle to its element.
 //!
-//! First every edge is cut in two `subdivide` times ([`uniform`]); then edges longer than `max_edge` are bisected
-//! ([`bisect`]). A point finds its element by walking down the same cuts with its barycentric coordinates.
+//! First every edge is cut in two `subdivide` times (`uniform`); then edges longer than `max_edge` are bisected
+//! (`bisect`). A point finds its element by walking down the same cuts with its barycentric coordinates.
 
 mod bisect;
 mod uniform;
@@ -40,7 +40,7 @@ pub struct Tessellation {
 pub struct TessellationOptions {
     /// Every edge is cut in two this many times: 2^n segments an edge.
     pub subdivide: u32,
-    /// Then every edge longer than this [m] is bisected, longest first.
+    /// Then every edge longer than this, in metres is bisected, longest first.
     pub max_edge: Option<f64>,
 }
 

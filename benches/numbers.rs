@@ -1,0 +1,250 @@
+//! The program's numbers, measured: `cargo bench --bench numbers [-- SECTION ...]`.
+//!
+//! Sections: furnace, direct, truth, slopes, threads, field, large. Seconds of one run depend on the machine; ratios
+//! are taken within one run. Sections that need the shared test scenes are skipped, and say so, where those are absent.
+#![expect(clippy::unwrap_used, reason = "a failed unwrap ends the benchmark")]
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::{sync::Arc, time::Instant};
+
+use common::{
+    cornell_light, own_scene, problem, shared, solve_unwatched,
+    truths::{CASES, Case, agreement_of, case, load_options},
+};
+use glam::{DVec3, Vec3};
+use radiosity::{
+    check::{
+        closed_form::furnace_irradiance,
+        metrics::{Field, FieldErrors, field_errors, relative_l2},
+        surface_points::locate,
+    },
+    math::sequence::Sampler,
+    scene::{LoadOptions, load},
+    solver::{Job, Problem, Solution, SolveSettings},
+    trace::{SurfacePoint, Tracer},
+    transport::{
+        Lights,
+        direct::{DirectContext, ShadowRays},
+        lights::FinderCounts,
+    },
+};
+
+fn main() {
+    let sections: [(&str, fn()); 7] = [
+        ("furnace", furnace),
+        ("direct", direct),
+        ("truth", truth),
+        ("slopes", slopes),
+        ("threads", threads),
+        ("field", field),
+        ("large", large),
+    ];
+    // Cargo itself passes flags such as --bench.
+    let asked: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    for (name, run) in sections {
+        if asked.is_empty() || asked.iter().any(|word| word == name) {
+            println!("\n== {name}");
+            run();
+        }
+    }
+}
+
+fn as_doubles(field: &[Vec3]) -> Vec<DVec3> {
+    field.iter().map(|value| value.as_dvec3()).collect()
+}
+
+/// Eq. 5 in closed boxes: the area mean and the worst vertex, over bounces 0 to 8.
+fn furnace() {
+    println!("reflectance  worst mean  worst vertex");
+    for (name, reflectance) in [("furnace-30", 0.3), ("furnace-50", 0.5), ("furnace-80", 0.8), ("furnace-95", 0.95)] {
+        let scene = own_scene(&format!("tests/{name}"), &LoadOptions::default());
+        let settings = SolveSettings { rays: 1024, bounces: Some(8), ..SolveSettings::default() };
+        let (solution, _) = solve_unwatched(&problem(&scene, None, settings));
+        let direct = std::f64::consts::PI * f64::from(scene.materials[0].emitted_radiance.x);
+        let (mut worst_mean, mut worst_vertex) = (0.0_f64, 0.0_f64);
+        for bounce in 0..=8 {
+            let expected = direct * furnace_irradiance(1.0, reflectance, bounce as u32);
+            let total: Vec<f64> = (0..solution.buried.len())
+                .map(|vertex| solution.bounces[..=bounce].iter().map(|field| f64::from(field[vertex].x)).sum())
+                .collect();
+            // All elements of these boxes are equal, so the plain mean is the area mean but for the edges.
+            let mean = total.iter().sum::<f64>() / total.len() as f64;
+            worst_mean = worst_mean.max((mean / expected - 1.0).abs());
+            worst_vertex = total.iter().fold(worst_vertex, |worst, value| worst.max((value / expected - 1.0).abs()));
+        }
+        println!("{reflectance:11}  {:8.4} %  {:10.4} %", 100.0 * worst_mean, 100.0 * worst_vertex);
+    }
+}
+
+/// Sampled direct light on Cornell's floor against Lambert's formula, without occluders.
+fn direct() {
+    let scene = own_scene("cornell/cornell", &LoadOptions::default());
+    let light = cornell_light().to_local(&scene.frame);
+    let lights = Lights::new(&scene, Some(light));
+    let empty = Arc::new(radiosity::scene::Scene { mesh: Default::default(), ..(*scene).clone() });
+    let nothing = Tracer::new(empty);
+    let floor: Vec<u32> = (0..scene.mesh.triangles.len() as u32)
+        .filter(|&triangle| scene.mesh.corners(triangle).iter().all(|corner| corner.y < -0.49))
+        .collect();
+    println!("sampler     RMS error at 256 samples");
+    let mut errors = Vec::new();
+    for sampler in [Sampler::Random, Sampler::Stratified, Sampler::Sobol] {
+        let context = DirectContext {
+            scene: &scene,
+            tracer: &nothing,
+            lights: &lights,
+            sampler,
+            seed: 1,
+            light_rays: 256,
+            finders: FinderCounts { gather: 0, light: 256 },
+            is_cancelled: &|| false,
+        };
+        let (mut sum, mut count) = (0.0, 0.0_f64);
+        for vertex in 0..1000_u32 {
+            let place = glam::Vec2::new((vertex % 25) as f32 / 50.0, (vertex / 25) as f32 / 80.0);
+            let point = SurfacePoint::new(&scene, floor[vertex as usize % floor.len()], place);
+            let found = context.irradiance(vertex, &[point], &mut ShadowRays::default());
+            let exact = radiosity::check::closed_form::polygon_irradiance(
+                point.origin,
+                point.shading_normal,
+                &light.corners(),
+                light.radiance,
+            );
+            sum += f64::from(found.x / exact.x - 1.0).powi(2);
+            count += 1.0;
+        }
+        errors.push((sum / count).sqrt());
+        println!("{sampler:10?}  {:.4} %", 100.0 * errors[errors.len() - 1]);
+    }
+    println!("random / Sobol: {:.1}", errors[0] / errors[2]);
+}
+
+/// The reference path tracer against the truths, all points.
+fn truth() {
+    println!("scene              points  mean off [SE]  worst point [SE]  mean z²  seconds");
+    for (name, scene) in CASES {
+        let Some(case) = case(name, scene, 1) else { continue };
+        let started = Instant::now();
+        let found = agreement_of(&case, 1.0, 4096, 1e-4);
+        let mean_off = found.mean_difference.iter().fold(0.0_f64, |worst, value| worst.max(value.abs()));
+        println!(
+            "{name:17}  {:6}  {mean_off:13.2}  {:16.2}  {:7.3}  {:7.1}",
+            case.points.len(),
+            found.largest,
+            found.mean_square,
+            started.elapsed().as_secs_f64()
+        );
+    }
+}
+
+/// How the vertex error (design 7.2) of direct light and one bounce falls with the number of rays.
+fn slopes() {
+    let scene = own_scene("cornell/cornell", &LoadOptions::default());
+    let solved = |sampler, rays, seed| {
+        let settings = SolveSettings {
+            rays,
+            light_rays: rays,
+            sampler,
+            seed,
+            bounces: Some(1),
+            subdivide: 3,
+            ..SolveSettings::default()
+        };
+        as_doubles(&solve_unwatched(&problem(&scene, Some(cornell_light()), settings)).0.total())
+    };
+    let reference = solved(Sampler::Sobol, 32_768, 99);
+    println!("sampler      N: vertex error ...  slope");
+    for sampler in [Sampler::Random, Sampler::Stratified, Sampler::Sobol] {
+        let counts = [16, 64, 256, 1024];
+        let errors = counts.map(|rays| relative_l2(&solved(sampler, rays, 1), &reference));
+        let slope = (errors[3] / errors[0]).ln() / f64::from(counts[3] / counts[0]).ln();
+        let listed: Vec<String> =
+            counts.iter().zip(errors).map(|(rays, error)| format!("{rays}: {:.3} %", 100.0 * error)).collect();
+        println!("{sampler:10?}  {}  slope {slope:.2}", listed.join("  "));
+    }
+}
+
+/// Seconds of the same solve on one and on two threads, in turn; the median ratio.
+fn threads() {
+    let scene = own_scene("cornell/cornell", &LoadOptions::default());
+    let settings = SolveSettings { rays: 1024, bounces: Some(4), subdivide: 4, ..SolveSettings::default() };
+    let problem = problem(&scene, Some(cornell_light()), settings);
+    let seconds = |threads| Job::start(problem.clone(), threads).unwrap().finish().unwrap().1.seconds;
+    seconds(2);
+    let mut ratios: Vec<f64> = (0..7).map(|_| seconds(1) / seconds(2)).collect();
+    ratios.sort_by(f64::total_cmp);
+    println!("one thread / two threads: median {:.2}, from {:.2} to {:.2}", ratios[3], ratios[0], ratios[6]);
+}
+
+fn errors_at_truth(case: &Case, problem: &Problem, solution: &Solution) -> FieldErrors {
+    let tracer = Tracer::new(Arc::clone(&case.scene));
+    let total = solution.total();
+    let at = |field: &[Vec3]| -> Vec<DVec3> {
+        let value = |point| {
+            let (triangle, barycentric) = locate(&case.scene, &tracer, point).unwrap();
+            problem.tessellation.interpolate(field, triangle, barycentric).as_dvec3()
+        };
+        case.points.iter().map(value).collect()
+    };
+    let truth = |part: fn(&radiosity::check::truth_file::TruthValue) -> DVec3| case.values.iter().map(part).collect();
+    let (truth_direct, truth_total): (Vec<_>, Vec<_>) = (truth(|value| value.direct), truth(|value| value.total));
+    field_errors(
+        Field { direct: &at(solution.direct()), total: &at(&total) },
+        Field { direct: &truth_direct, total: &truth_total },
+    )
+}
+
+/// Field error against seconds on the Cornell box, 16 bounces.
+fn field() {
+    let Some(case) = case(CASES[0].0, CASES[0].1, 1) else { return };
+    println!("segments  vertices   rays  seconds  lit      bias     direct   indirect  all");
+    for (subdivide, rays) in [(2, 256), (3, 256), (4, 64), (4, 256), (4, 1024), (5, 256), (5, 1024)] {
+        let settings = SolveSettings { rays, bounces: Some(16), subdivide, ..SolveSettings::default() };
+        let problem = problem(&case.scene, case.light, settings);
+        let (solution, report) = solve_unwatched(&problem);
+        let errors = errors_at_truth(&case, &problem, &solution);
+        println!(
+            "{:8}  {:8}  {rays:5}  {:7.3}  {:5.2} %  {:+5.2} %  {:5.2} %  {:6.2} %  {:5.2} %",
+            1 << subdivide,
+            solution.buried.len(),
+            report.seconds,
+            100.0 * errors.lit.total.relative_l2,
+            100.0 * errors.lit.total.bias,
+            100.0 * errors.lit.direct.relative_l2,
+            100.0 * errors.lit.indirect.relative_l2,
+            100.0 * errors.all.total.relative_l2
+        );
+    }
+}
+
+/// Sponza and the staircase: as they come with 4 bounces, then cut to half a metre and converged.
+fn large() {
+    println!("scene      triangles  vertices  load s  build s  solve s  Mrays/s  lit error  bias");
+    for (name, path) in [CASES[3], CASES[4]] {
+        let Some(full_path) = shared(&format!("scenes/{path}")) else { continue };
+        let Some(case) = case(name, path, 1) else { continue };
+        let started = Instant::now();
+        let loaded = Arc::new(load::load(&full_path, &load_options()).unwrap());
+        let load_seconds = started.elapsed().as_secs_f64();
+        let as_they_come = SolveSettings { bounces: Some(4), ..SolveSettings::default() };
+        let cut = SolveSettings { max_edge: Some(0.5), unabsorbed: 0.001, ..SolveSettings::default() };
+        for settings in [as_they_come, cut] {
+            let started = Instant::now();
+            let problem = problem(&loaded, case.light, settings);
+            let build_seconds = started.elapsed().as_secs_f64();
+            let (solution, report) = solve_unwatched(&problem);
+            let errors = errors_at_truth(&case, &problem, &solution);
+            println!(
+                "{name:9}  {:9}  {:8}  {load_seconds:6.2}  {build_seconds:7.2}  {:7.2}  {:7.2}  {:7.2} %  {:+.2} %",
+                loaded.mesh.triangles.len(),
+                solution.buried.len(),
+                report.seconds,
+                report.gather_rays as f64 * 1e-6 / report.seconds,
+                100.0 * errors.lit.total.relative_l2,
+                100.0 * errors.lit.total.bias
+            );
+        }
+    }
+}
