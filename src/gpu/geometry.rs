@@ -13,8 +13,8 @@ pub const MAX_DRAWN_ELEMENTS: usize = 20_000_000;
 /// The elements of a tessellation, ready to be uploaded. Making one takes a moment for a large mesh and can be done on
 /// any thread; it holds no resources of the card, so it outlives a lost device.
 ///
-/// The first vertices are the tessellation's. Where corners at one vertex differ in texture coordinates, copies follow
-/// of those vertices.
+/// The first vertices are the tessellation's. Where corners at one vertex differ in texture coordinates, copies of
+/// it follow.
 pub struct ViewGeometry {
     /// For its textures.
     pub(super) scene: Arc<Scene>,
