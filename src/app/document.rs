@@ -62,7 +62,7 @@ impl Document {
         Self { loaded, elements, report, original: edit.clone(), edit }
     }
 
-    /// Length of the scene's longest side [m].
+    /// Length of the scene's longest side, in metres.
     pub fn size(&self) -> f64 {
         let [low, high] = [self.report.minimum, self.report.maximum].map(DVec3::from_array);
         (high - low).max_element().max(1e-9)

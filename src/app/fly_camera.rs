@@ -6,19 +6,19 @@ use crate::scene::{Scene, area_light::AreaLightState, camera::CameraState};
 
 /// Radians that one point of dragging turns.
 const RADIANS_PER_POINT: f64 = 0.004;
-/// How near the view may come to straight up or down [radians].
+/// How near the view may come to straight up or down, in radians.
 const POLE_DISTANCE: f64 = 0.02;
 
 /// A camera in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FlyCamera {
-    /// Eye point [m].
+    /// Eye point, in metres.
     pub position: DVec3,
     /// Unit vector into the picture.
     pub forward: DVec3,
     /// Unit vector that stays up.
     pub up: DVec3,
-    /// Vertical field of view [degrees].
+    /// Vertical field of view, in degrees.
     pub fov_degrees: f32,
     /// Metres a second.
     pub speed: f64,

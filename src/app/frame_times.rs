@@ -32,7 +32,7 @@ impl FrameTimes {
         self.began = Some(Instant::now());
     }
 
-    /// A frame's own work has ended; `cpu_usage` is what drawing took in the frame before [s].
+    /// A frame's own work has ended; `cpu_usage` is what drawing took in the frame before, in seconds.
     pub fn end(&mut self, drawing: Option<f32>, solving: bool) {
         let Some(began) = self.began.take() else { return };
         let own = began.elapsed().as_secs_f32();

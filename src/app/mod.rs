@@ -63,7 +63,7 @@ const SECONDS_A_BOUNCE: f32 = 0.7;
 const AMBIENT: f32 = 0.4;
 /// The same while a solve has not yet lit all vertices, so that one sees where one is.
 const DIM_AMBIENT: f32 = 0.015;
-/// A frame that takes longer [ms] is drawn without smooth edges while a solve runs.
+/// A frame that takes longer than this, in milliseconds, is drawn without smooth edges while a solve runs.
 const SLOW_FRAME: f32 = 8.0;
 /// The key of the layout in what eframe keeps from run to run.
 const LAYOUT_KEY: &str = "layout";

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::scene::area_light::AreaLightState;
 
-/// Colours to choose from, as linear RGB of blackbodies of the named temperature [K] (Rec. 709 primaries).
+/// Colours to choose from, as linear RGB of blackbodies of the named temperature, in K (Rec. 709 primaries).
 const COLOURS: [(&str, [f32; 3]); 4] = [
     ("candle", [1.0, 0.42, 0.09]),
     ("lamp", [1.0, 0.65, 0.31]),

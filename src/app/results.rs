@@ -20,9 +20,9 @@ pub struct Results {
     pub elements: Elements,
     /// What it was solved with.
     pub input: SolveInput,
-    /// All bounces together, as far as they are known [W/m²].
+    /// All bounces together, as far as they are known, in W/m².
     pub total: Field,
-    /// Each complete bounce alone [W/m²]; bounce 0 is direct light.
+    /// Each complete bounce alone, in W/m²; bounce 0 is direct light.
     pub bounces: Vec<Field>,
     /// The power of each complete bounce.
     pub powers: Vec<BouncePower>,
@@ -91,7 +91,7 @@ impl Results {
         }
     }
 
-    /// The sum of the bounces from `first` to `last`, as far as they are known [W/m²].
+    /// The sum of the bounces from `first` to `last`, as far as they are known, in W/m².
     pub fn sum(&self, first: usize, last: usize) -> Field {
         let mut sum = vec![Vec3::ZERO; self.total.len()];
         for bounce in self.bounces.iter().take(last.saturating_add(1)).skip(first) {

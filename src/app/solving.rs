@@ -19,7 +19,7 @@ use crate::{
     trace::Tracer,
 };
 
-/// The least and the greatest time between two looks at the live field [ms].
+/// The least and the greatest time between two looks at the live field, in milliseconds.
 const LIVE_INTERVALS: [f32; 2] = [50.0, 90.0];
 /// Drawing may take one part in this many of the time, before the live field is looked at less often: a software driver
 /// takes it from the solver.
@@ -83,7 +83,7 @@ pub enum SolveEvent {
     Progress(Progress),
     /// A bounce is complete.
     Bounce {
-        /// Irradiance of the bounce alone [W/m²].
+        /// Irradiance of the bounce alone, in W/m².
         irradiance: Arc<Vec<Vec3>>,
         /// Its power.
         power: BouncePower,
@@ -94,7 +94,7 @@ pub enum SolveEvent {
     Finished {
         /// The solution.
         solution: Arc<Solution>,
-        /// The sum of its bounces [W/m²].
+        /// The sum of its bounces, in W/m².
         total: Arc<Vec<Vec3>>,
         /// What it did.
         report: Box<SolveReport>,
@@ -109,7 +109,7 @@ struct Shared {
     cancelled: AtomicBool,
     paused: AtomicBool,
     live: Mutex<Option<Arc<Vec<Vec3>>>>,
-    /// Time between two looks at the live field [ms].
+    /// Time between two looks at the live field, in milliseconds.
     live_interval: AtomicU64,
 }
 
@@ -160,7 +160,7 @@ impl Solving {
         self.shared.live.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 
-    /// Tells how long a frame takes to draw [ms], which decides how often the live field is looked at.
+    /// Tells how long a frame takes to draw, in milliseconds, which decides how often the live field is looked at.
     pub fn set_frame_time(&self, milliseconds: f32) {
         let interval = (DRAWING_SHARE * milliseconds).clamp(LIVE_INTERVALS[0], LIVE_INTERVALS[1]);
         self.shared.live_interval.store(interval as u64, Relaxed);

@@ -13,7 +13,7 @@ pub(super) struct Status<'a> {
     pub(super) results: Option<&'a Results>,
     /// A file is read or written.
     pub(super) busy: bool,
-    /// Flying speed [m/s].
+    /// Flying speed, in m/s.
     pub(super) speed: f64,
     /// Frame times.
     pub(super) frames: Summary,

@@ -21,9 +21,9 @@ const GRIP: f32 = 4.0;
 /// What the pointer did in a view.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Gestures {
-    /// How far the picture was dragged [points].
+    /// How far the picture was dragged, in points.
     pub(super) look: Option<Points>,
-    /// How far the wheel was turned over it [points].
+    /// How far the wheel was turned over it, in points.
     pub(super) wheel: f32,
     /// The point of the picture that was clicked, and the picture's aspect.
     pub(super) click: Option<(Vec2, f32)>,

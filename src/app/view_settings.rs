@@ -117,7 +117,7 @@ pub struct ViewSettings {
     pub false_colour: bool,
     /// The false colours' range is logarithmic.
     pub logarithmic: bool,
-    /// Upper end of the false colours [W/m²]; by the field's own values if none.
+    /// Upper end of the false colours, in W/m²; by the field's own values if none.
     pub maximum: Option<f32>,
     /// Hatches the elements around buried vertices.
     pub buried: bool,
@@ -141,11 +141,11 @@ impl Default for ViewSettings {
 /// A field for a view, with what it was made of, so that it is made again only if that changed.
 #[derive(Clone)]
 pub struct ViewField {
-    /// The field [W/m²].
+    /// The field, in W/m².
     pub field: Field,
     /// Counts the fields that this view has shown.
     pub version: u64,
-    /// The value that most of the field stays below [W/m²], for the false colours.
+    /// The value that most of the field stays below (in W/m²), for the false colours.
     pub bright: f32,
     made_of: Option<MadeOf>,
 }

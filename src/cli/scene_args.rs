@@ -31,16 +31,16 @@ pub struct SceneArgs {
 /// The area light by flags; each replaces that part of the state's light.
 #[derive(Clone, Debug, Default, Args)]
 pub struct LightArgs {
-    /// Centre of the area light [m].
+    /// Centre of the area light, in metres.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
     pub light_centre: Option<[f64; 3]>,
-    /// Half-extent vector u of the area light [m].
+    /// Half-extent vector u of the area light, in metres.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
     pub light_u: Option<[f64; 3]>,
-    /// Half-extent vector v of the area light [m]; it shines to the side of u × v.
+    /// Half-extent vector v of the area light, in metres; it shines to the side of u × v.
     #[arg(long, value_name = "X,Y,Z", value_parser = parse_triple, allow_hyphen_values = true)]
     pub light_v: Option<[f64; 3]>,
-    /// Radiance of the area light, linear RGB [W/(m² sr)].
+    /// Radiance of the area light, linear RGB in W/(m² sr).
     #[arg(long, value_name = "R,G,B", value_parser = parse_triple, allow_hyphen_values = true)]
     pub light_radiance: Option<[f64; 3]>,
 }

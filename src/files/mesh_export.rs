@@ -118,7 +118,7 @@ impl PropertyAccess for PlyFace {
 }
 
 /// Writes a table of the vertices: position in metres, normal, the area it stands for in m², whether it is buried (0 or
-/// 1), reflectance, and irradiance [W/m²] of each bounce (`direct`, `bounce1`, ...) and of all together (`total`).
+/// 1), reflectance, and irradiance in W/m² of each bounce (`direct`, `bounce1`, ...) and of all together (`total`).
 pub fn write_csv(
     writer: &mut dyn Write,
     scene: &Scene,

@@ -1,6 +1,5 @@
 //! A window without a screen, drawn by real wgpu (a software driver will do), and what tests do with it.
-#![expect(clippy::allow_attributes, reason = "which parts are unused differs from one test program to the next")]
-#![allow(dead_code)]
+#![allow(dead_code, reason = "which parts are unused differs from one test program to the next")]
 
 use std::{
     path::Path,
