@@ -1,4 +1,5 @@
-//! Judging: statistical tests of samplers, answers known in closed form, a reference path tracer, error metrics.
+//! Judging: statistical tests of samplers, answers known in closed form, a reference path tracer, error metrics,
+//! and the assignment's tasks.
 
 pub mod chi_square;
 pub mod closed_form;
@@ -7,4 +8,5 @@ pub mod jacobian;
 pub mod metrics;
 pub mod path_tracer;
 pub mod surface_points;
+pub mod tasks;
 pub mod truth_file;

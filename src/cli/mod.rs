@@ -2,6 +2,7 @@
 //!
 //! Each command is a file with its clap arguments and a `run` function that returns an [`Outcome`].
 
+pub mod check;
 pub mod compare;
 pub mod demo;
 pub mod export;
@@ -26,6 +27,8 @@ use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 pub enum Outcome {
     /// Exit status 0.
     Done,
+    /// A check found something wrong or not done: exit status 1.
+    Unfinished,
     /// Stopped by Ctrl-C, with the partial result kept: exit status 130.
     Cancelled,
 }
@@ -39,8 +42,9 @@ Examples:
   radiosity render cornell cornell.safetensors --view indirect -o indirect.png
   radiosity truth cornell --sample 256 -o truth.csv
   radiosity compare cornell.safetensors truth.csv --scene cornell
+  radiosity check                              test the functions of src/student
 
-Exit status: 0 done, 2 bad input, 130 cancelled by Ctrl-C with the partial result kept.";
+Exit status: 0 done, 1 `check` found something wrong or not done, 2 bad input, 130 cancelled by Ctrl-C with the partial result kept.";
 
 /// Learn, compute and compare diffuse global illumination.
 #[derive(Debug, Parser)]
@@ -71,6 +75,8 @@ enum Command {
     Inspect(inspect::InspectArgs),
     /// Write a solution as PLY (vertex colours) or CSV.
     Export(export::ExportArgs),
+    /// Test the functions of src/student, task by task, and name what is wrong with them.
+    Check(check::CheckArgs),
 }
 
 /// Reads the program's arguments and runs the command. Errors are printed as one line.
@@ -91,10 +97,12 @@ pub fn main() -> ExitCode {
             Command::Compare(args) => compare::run(&args),
             Command::Inspect(args) => inspect::run(&args),
             Command::Export(args) => export::run(&args),
+            Command::Check(args) => check::run(&args),
         }
     });
     match outcome {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Unfinished) => ExitCode::from(1),
         Ok(Outcome::Cancelled) => ExitCode::from(130),
         Err(error) => {
             eprintln!("error: {error:#}");

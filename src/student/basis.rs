@@ -9,6 +9,8 @@ use glam::{Mat3, Vec3};
 /// `normal` must have unit length; every direction works, ±z too. The turn about the normal is free, and jumps where
 /// the normal's z changes sign, as it must somewhere.
 ///
+/// Placeholder while not done: the identity. Tests: `radiosity check`, task `basis`.
+///
 /// Method: Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
 ///
 /// Hint: a cross product with a fixed axis fails where the normal is that axis. Find the two vectors for z > 0 without

@@ -30,6 +30,8 @@ pub struct TriangleSample {
 ///
 /// `point` lies in [0, 1]²: x runs along the light's u, y along its v.
 ///
+/// Placeholder while not done: the centre, no normal, density 0. Tests: `radiosity check`, task `light`.
+///
 /// Hint: the light's vectors are **half** extents. The density is one over the area, and the area is not |u × v|.
 pub fn sample_area_light(light: &AreaLight, point: Vec2) -> LightSample {
     let centred = 2.0 * point - 1.0;
@@ -42,6 +44,8 @@ pub fn sample_area_light(light: &AreaLight, point: Vec2) -> LightSample {
 
 /// The inverse of [`sample_area_light`]: a position on the light to its point of the unit square; (1/2, 1/2) for a
 /// light without area.
+///
+/// Placeholder while not done: (1/2, 1/2). Tests: `radiosity check`, task `light`.
 ///
 /// Hint: u and v need not be at right angles. The component along u is found with a vector that is orthogonal to v.
 pub fn area_light_inverse(light: &AreaLight, position: Vec3) -> Vec2 {

@@ -8,21 +8,77 @@
 //! | [`basis`] | a frame around a normal | turns the directions of eq. 4 |
 //! | [`warp`] | square to disk to hemisphere | eq. 4 |
 //! | [`light`] | points on the area light and on triangles | eq. 3 |
+//! | [`barycentric`] | values between the corners of a triangle | eq. 4 |
 //!
-//! The fourth function of this kind, barycentric interpolation, is [`crate::scene::mesh::interpolate`].
+//! `radiosity check` tests them and names the mistake; it takes them as a table, [`Functions`], so that other versions
+//! can be tested as well. Before a function is written it returns what [`PLACEHOLDERS`] returns (or calls `todo!()`).
 //!
 //! A density says in its name what it is a density over: `pdf_area` per square of the scene's local unit,
 //! `pdf_solid_angle` per steradian.
 
+pub mod barycentric;
 pub mod basis;
 pub mod light;
+pub mod placeholder;
 pub mod warp;
 
+use glam::{Mat3, Vec2, Vec3};
+
+use crate::scene::AreaLight;
+
+pub use barycentric::interpolate_barycentric;
 pub use basis::form_basis;
 pub use light::{
     LightSample, TriangleSample, area_light_inverse, sample_area_light, sample_triangle, triangle_inverse,
 };
+pub use placeholder::PLACEHOLDERS;
 pub use warp::{
-    cosine_hemisphere_pdf_solid_angle, cosine_hemisphere_to_square, disk_to_square_concentric,
-    square_to_cosine_hemisphere, square_to_disk_concentric,
+    cosine_hemisphere_pdf_solid_angle, cosine_hemisphere_to_square, disk_pdf_area, disk_to_square_concentric,
+    disk_to_square_polar, square_to_cosine_hemisphere, square_to_disk_concentric, square_to_disk_polar,
+};
+
+/// One version of every function of the assignment. What each must do is written at the function of the same name in
+/// this module.
+#[derive(Clone, Copy, Debug)]
+pub struct Functions {
+    /// See [`form_basis`].
+    pub form_basis: fn(Vec3) -> Mat3,
+    /// See [`square_to_disk_polar`].
+    pub square_to_disk_polar: fn(Vec2) -> Vec2,
+    /// See [`disk_to_square_polar`].
+    pub disk_to_square_polar: fn(Vec2) -> Vec2,
+    /// See [`square_to_disk_concentric`].
+    pub square_to_disk_concentric: fn(Vec2) -> Vec2,
+    /// See [`disk_to_square_concentric`].
+    pub disk_to_square_concentric: fn(Vec2) -> Vec2,
+    /// See [`disk_pdf_area`].
+    pub disk_pdf_area: fn(Vec2) -> f32,
+    /// See [`square_to_cosine_hemisphere`].
+    pub square_to_cosine_hemisphere: fn(Vec2) -> Vec3,
+    /// See [`cosine_hemisphere_pdf_solid_angle`].
+    pub cosine_hemisphere_pdf_solid_angle: fn(Vec3) -> f32,
+    /// See [`cosine_hemisphere_to_square`].
+    pub cosine_hemisphere_to_square: fn(Vec3) -> Vec2,
+    /// See [`sample_area_light`].
+    pub sample_area_light: fn(&AreaLight, Vec2) -> LightSample,
+    /// See [`area_light_inverse`].
+    pub area_light_inverse: fn(&AreaLight, Vec3) -> Vec2,
+    /// See [`interpolate_barycentric`].
+    pub interpolate_barycentric: fn([Vec3; 3], Vec2) -> Vec3,
+}
+
+/// The functions of this module.
+pub const FUNCTIONS: Functions = Functions {
+    form_basis,
+    square_to_disk_polar,
+    disk_to_square_polar,
+    square_to_disk_concentric,
+    disk_to_square_concentric,
+    disk_pdf_area,
+    square_to_cosine_hemisphere,
+    cosine_hemisphere_pdf_solid_angle,
+    cosine_hemisphere_to_square,
+    sample_area_light,
+    area_light_inverse,
+    interpolate_barycentric,
 };

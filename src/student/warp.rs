@@ -1,8 +1,39 @@
 //! From the unit square to the disk and to the hemisphere, and back.
 
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
 
 use glam::{Vec2, Vec3};
+
+/// Maps the unit square to the unit disk so that equal areas stay equal: density 1/π everywhere. The simplest such map:
+/// one coordinate turns, the other moves outwards. (Any other map of this density passes the tests as well.)
+///
+/// `point` lies in [0, 1]²; the result has length at most 1. Placeholder while not done: (0, 0).
+///
+/// Tests: `radiosity check`, task `disk`.
+///
+/// Hint: half of the area lies outside of radius 1/√2, not of radius 1/2.
+pub fn square_to_disk_polar(point: Vec2) -> Vec2 {
+    point.y.sqrt() * Vec2::from_angle(TAU * point.x)
+}
+
+/// The inverse of [`square_to_disk_polar`]: a point of the unit disk to its point of [0, 1]².
+///
+/// Placeholder while not done: (1/2, 1/2). Tests: `radiosity check`, task `disk`.
+///
+/// Hint: `atan2` gives angles from -π to π; the square wants fractions of a turn from 0 to 1.
+pub fn disk_to_square_polar(disk: Vec2) -> Vec2 {
+    let turn = disk.to_angle() / TAU;
+    Vec2::new(if turn < 0.0 { turn + 1.0 } else { turn }, disk.length_squared()).clamp(Vec2::ZERO, Vec2::ONE)
+}
+
+/// The density of a uniform point on the unit disk [1/area]: 1/π, and 0 outside.
+///
+/// Placeholder while not done: 0. Tests: `radiosity check`, task `disk`.
+///
+/// Hint: the integral over the disk must be 1, and the disk's area is π.
+pub fn disk_pdf_area(disk: Vec2) -> f32 {
+    if disk.length_squared() <= 1.0 { FRAC_1_PI } else { 0.0 }
+}
 
 /// Maps the unit square to the unit disk so that equal areas stay equal: density 1/π everywhere.
 ///
@@ -10,6 +41,8 @@ use glam::{Vec2, Vec3};
 /// neighbours stay neighbours and a stratified set stays well spread.
 ///
 /// Method: Shirley and Chiu 1997, "A Low Distortion Map Between Disk and Square".
+///
+/// Placeholder while not done: (0, 0). Tests: `radiosity check`, task `concentric`.
 ///
 /// Hint: move the middle to (0, 0). The larger of |x| and |y| is the radius; the smaller divided by the larger runs
 /// from -1 to 1 and is the angle from the nearest axis, in units of π/4.
@@ -27,6 +60,8 @@ pub fn square_to_disk_concentric(point: Vec2) -> Vec2 {
 }
 
 /// The inverse of [`square_to_disk_concentric`]: a point of the unit disk to its point of the square.
+///
+/// Placeholder while not done: (1/2, 1/2). Tests: `radiosity check`, task `concentric`.
 ///
 /// Hint: the axis with the larger coordinate tells which branch the point came from.
 pub fn disk_to_square_concentric(disk: Vec2) -> Vec2 {
@@ -51,6 +86,8 @@ pub fn disk_to_square_concentric(disk: Vec2) -> Vec2 {
 ///
 /// Method: Malley's: a uniform disk seen as the hemisphere's shadow.
 ///
+/// Placeholder while not done: (0, 0, 1). Tests: `radiosity check`, task `hemisphere`; any map of this density passes.
+///
 /// Hint: the direction stands above the point of [`square_to_disk_concentric`]; Pythagoras gives its height, which
 /// rounding must not take below 0.
 pub fn square_to_cosine_hemisphere(point: Vec2) -> Vec3 {
@@ -62,12 +99,16 @@ pub fn square_to_cosine_hemisphere(point: Vec2) -> Vec3 {
 ///
 /// `direction` has unit length, z up.
 ///
+/// Placeholder while not done: 1. Tests: `radiosity check`, task `hemisphere`.
+///
 /// Hint: the integral over the hemisphere must be 1; that of cosθ alone is π.
 pub fn cosine_hemisphere_pdf_solid_angle(direction: Vec3) -> f32 {
     direction.z.max(0.0) * FRAC_1_PI
 }
 
 /// The inverse of [`square_to_cosine_hemisphere`]: a unit direction with z ≥ 0 to its point of the square.
+///
+/// Placeholder while not done: (1/2, 1/2). Tests: `radiosity check`, task `hemisphere`.
 ///
 /// Hint: the shadow on the disk is (x, y).
 pub fn cosine_hemisphere_to_square(direction: Vec3) -> Vec2 {

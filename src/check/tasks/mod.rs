@@ -1,0 +1,197 @@
+//! The assignment's tasks: each with its points, its tests from cheap to dear, and a diagnosis of what went wrong.
+//!
+//! A task's tests stop at the first failure. Then its diagnosis compares what the functions do with known wrong
+//! versions, and the first that fits becomes the hint. The tests of a sampler, in order: known values; range and unit
+//! length (a panic, NaN or infinity is caught and told with the input); its density at known directions and its
+//! integral; the density against the finite-difference Jacobian; the round trip through the inverse; chi-square.
+//!
+//! | task | points | of the assignment's |
+//! | --- | --- | --- |
+//! | `basis` | 1 | 6 for bounces |
+//! | `disk` | 0.5 | 6 for bounces |
+//! | `hemisphere` | 0.5 | 6 for bounces |
+//! | `barycentric` | 1 | 6 for bounces |
+//! | `light` | 2 | 4 for direct light |
+//! | `concentric` | 1 | extra: Shirley and Chiu |
+//!
+//! The points that are left (2 for direct light, 3 for bounces) are for the irradiance at a vertex.
+
+mod area_light;
+mod barycentric;
+mod basis;
+mod charts;
+mod concentric;
+mod disk;
+mod disk_mistakes;
+mod hemisphere;
+mod inverse;
+mod probe;
+mod sampling;
+
+use std::fmt::{self, Display, Formatter};
+
+use serde::Serialize;
+
+use crate::student::Functions;
+use probe::{Failure, Problem, Trial};
+
+/// One task of the assignment.
+#[derive(Debug)]
+pub struct Task {
+    /// Its short name.
+    pub name: &'static str,
+    /// What is to be written, in a few words.
+    pub title: &'static str,
+    /// Points for it when it is done.
+    pub points: f32,
+    /// Whether the points are extra ones.
+    pub is_extra: bool,
+    tests: fn(&Trial) -> Result<(), Problem>,
+    diagnose: fn(&Trial, &Failure) -> Option<String>,
+}
+
+/// All tasks, in the order in which they are best done.
+pub const TASKS: [Task; 6] = [
+    Task {
+        name: "basis",
+        title: "frame around a normal",
+        points: 1.0,
+        is_extra: false,
+        tests: basis::tests,
+        diagnose: basis::diagnose,
+    },
+    Task {
+        name: "disk",
+        title: "square to disk",
+        points: 0.5,
+        is_extra: false,
+        tests: disk::tests,
+        diagnose: disk::diagnose,
+    },
+    Task {
+        name: "hemisphere",
+        title: "cosine-weighted hemisphere",
+        points: 0.5,
+        is_extra: false,
+        tests: hemisphere::tests,
+        diagnose: hemisphere::diagnose,
+    },
+    Task {
+        name: "barycentric",
+        title: "barycentric interpolation",
+        points: 1.0,
+        is_extra: false,
+        tests: barycentric::tests,
+        diagnose: barycentric::diagnose,
+    },
+    Task {
+        name: "light",
+        title: "points on the area light",
+        points: 2.0,
+        is_extra: false,
+        tests: area_light::tests,
+        diagnose: area_light::diagnose,
+    },
+    Task {
+        name: "concentric",
+        title: "Shirley-Chiu square to disk",
+        points: 1.0,
+        is_extra: true,
+        tests: concentric::tests,
+        diagnose: concentric::diagnose,
+    },
+];
+
+/// How far a task is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// Every test passed.
+    Done,
+    /// This function of `student` still returns its placeholder, or calls `todo!()`.
+    NotDone(&'static str),
+    /// A test failed.
+    Wrong(Finding),
+}
+
+/// What a failed test found.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// The function of `student` to look at.
+    pub function: &'static str,
+    /// The test, in a few words.
+    pub test: &'static str,
+    /// The likely mistake.
+    pub hint: String,
+    /// What was measured, and where.
+    pub measured: String,
+    /// What was expected, and why.
+    pub expected: String,
+}
+
+/// What came of one task.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TaskReport {
+    /// The task's short name.
+    pub task: &'static str,
+    /// What is to be written.
+    pub title: &'static str,
+    /// Points for it when it is done.
+    pub points: f32,
+    /// Points earned: all of the task's or none.
+    pub earned: f32,
+    /// Whether the points are extra ones.
+    pub is_extra: bool,
+    /// How far it is.
+    pub status: Status,
+}
+
+/// Runs the tests of every task. The same `seed` gives the same result; right functions pass with every seed but for
+/// one in ten thousand, by the significance of the chi-square tests.
+pub fn run_all(functions: &Functions, seed: u64) -> Vec<TaskReport> {
+    let trial = Trial { functions, seed };
+    TASKS
+        .iter()
+        .map(|task| {
+            let status = task.status(&trial);
+            let earned = if status == Status::Done { task.points } else { 0.0 };
+            let &Task { name, title, points, is_extra, .. } = task;
+            TaskReport { task: name, title, points, earned, is_extra, status }
+        })
+        .collect()
+}
+
+impl Task {
+    fn status(&self, trial: &Trial) -> Status {
+        let tests = || (self.tests)(trial);
+        let problem = match probe::caught(tests) {
+            Ok(Ok(())) => return Status::Done,
+            Ok(Err(problem)) => problem,
+            Err(message) => Problem::Wrong(probe::panicked(self.name, &message)),
+        };
+        match problem {
+            Problem::NotDone(function) => Status::NotDone(function),
+            Problem::Wrong(failure) => Status::Wrong(self.finding(trial, failure)),
+        }
+    }
+
+    fn finding(&self, trial: &Trial, failure: Failure) -> Finding {
+        let diagnosed = || probe::caught(|| (self.diagnose)(trial, &failure)).ok().flatten();
+        let hint = match &failure.hint {
+            Some(hint) => hint.clone(),
+            None => diagnosed().unwrap_or_else(|| String::from(failure.fallback)),
+        };
+        let Failure { function, test, measured, expected, .. } = failure;
+        Finding { function, test, hint, measured, expected }
+    }
+}
+
+impl Display for Status {
+    fn fmt(&self, formatter: &mut Formatter) -> fmt::Result {
+        formatter.pad(match self {
+            Self::Done => "done",
+            Self::NotDone(_) => "not done",
+            Self::Wrong(_) => "wrong",
+        })
+    }
+}

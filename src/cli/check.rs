@@ -1,0 +1,114 @@
+//! `radiosity check`: the tests of the student's functions.
+
+use std::fmt::Write as _;
+
+use anyhow::Context as _;
+use clap::Args;
+use serde::Serialize;
+
+use super::Outcome;
+use crate::{
+    check::tasks::{Status, TaskReport, run_all},
+    student::FUNCTIONS,
+};
+
+/// Arguments of `radiosity check`.
+///
+/// Every task has its tests, from cheap to dear; the first that fails is told, with the likely mistake. Exit status: 0
+/// if every task is done, 1 if one is wrong or not done, 2 for bad arguments.
+#[derive(Clone, Debug, Args)]
+pub struct CheckArgs {
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+    /// Seed of the random points that the functions are tested with.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+}
+
+/// What a whole check found.
+#[derive(Debug, Serialize)]
+struct CheckReport {
+    seed: u64,
+    earned: f32,
+    points: f32,
+    tasks: Vec<TaskReport>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// If the report cannot be written as JSON.
+pub fn run(args: &CheckArgs) -> anyhow::Result<Outcome> {
+    // A panic of a student's function is a result here; its message is part of the report.
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let tasks = run_all(&FUNCTIONS, args.seed);
+    std::panic::set_hook(hook);
+
+    if args.json {
+        let sum = |value: fn(&TaskReport) -> f32| tasks.iter().map(value).sum();
+        let (earned, points) = (sum(|task| task.earned), sum(|task| task.points));
+        let report = CheckReport { seed: args.seed, earned, points, tasks };
+        println!("{}", serde_json::to_string_pretty(&report).context("the report")?);
+        return Ok(outcome(&report.tasks));
+    }
+    print!("{}", table(&tasks));
+    Ok(outcome(&tasks))
+}
+
+fn outcome(tasks: &[TaskReport]) -> Outcome {
+    if tasks.iter().all(|task| task.status == Status::Done) { Outcome::Done } else { Outcome::Unfinished }
+}
+
+/// The report for people: one line a task, and what to look at where one is not done.
+pub fn table(tasks: &[TaskReport]) -> String {
+    let mut text = format!("{:12} {:28} {:>9}  status\n", "task", "", "points");
+    for task in tasks {
+        let points = format!("{} / {}", task.earned, task.points);
+        let extra = if task.is_extra { " (extra)" } else { "" };
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{:12} {:28} {points:>9}  {}{extra}", task.task, task.title, task.status);
+        match &task.status {
+            Status::Done => {}
+            Status::NotDone(function) => {
+                let _ = writeln!(text, "{:13}write {function}", "");
+            }
+            Status::Wrong(finding) => {
+                let _ = writeln!(text, "{:13}{}: {}", "", finding.function, finding.hint);
+                let _ = writeln!(text, "{:15}test      {}", "", finding.test);
+                let _ = writeln!(text, "{:15}measured  {}", "", finding.measured);
+                let _ = writeln!(text, "{:15}expected  {}", "", finding.expected);
+            }
+        }
+    }
+    let sum = |is_extra: bool, value: fn(&TaskReport) -> f32| {
+        tasks.iter().filter(|task| task.is_extra == is_extra).map(value).sum::<f32>()
+    };
+    let total = |is_extra| format!("{} of {}", sum(is_extra, |task| task.earned), sum(is_extra, |task| task.points));
+    let _ = writeln!(text, "{:12} {} points, {} extra", "total", total(false), total(true));
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::student::{Functions, PLACEHOLDERS};
+
+    #[test]
+    fn the_exit_status_tells_whether_all_is_done() {
+        assert_eq!(outcome(&run_all(&FUNCTIONS, 1)), Outcome::Done);
+        assert_eq!(outcome(&run_all(&PLACEHOLDERS, 1)), Outcome::Unfinished);
+        let one_missing = Functions { form_basis: PLACEHOLDERS.form_basis, ..FUNCTIONS };
+        assert_eq!(outcome(&run_all(&one_missing, 1)), Outcome::Unfinished);
+    }
+
+    #[test]
+    fn the_table_counts_points_and_names_what_is_missing() {
+        let done = table(&run_all(&FUNCTIONS, 1));
+        assert!(done.ends_with("5 of 5 points, 1 of 1 extra\n"), "{done}");
+        let nothing = table(&run_all(&PLACEHOLDERS, 1));
+        assert!(nothing.contains("write form_basis"), "{nothing}");
+        assert!(nothing.ends_with("0 of 5 points, 0 of 1 extra\n"), "{nothing}");
+    }
+}
