@@ -46,6 +46,13 @@ fn upper_half_only(normal: Vec3) -> Mat3 {
     Mat3::from_cols(tangent, Vec3::new(b, 1.0 - normal.y * normal.y * a, -normal.y), normal)
 }
 
+fn fails_at_minus_z(normal: Vec3) -> Mat3 {
+    let a = 1.0 / (1.0 + normal.z);
+    let b = -normal.x * normal.y * a;
+    let tangent = Vec3::new(1.0 - normal.x * normal.x * a, b, -normal.x);
+    Mat3::from_cols(tangent, Vec3::new(b, 1.0 - normal.y * normal.y * a, -normal.y), normal)
+}
+
 fn normal_first(normal: Vec3) -> Mat3 {
     let basis = student::form_basis(normal);
     Mat3::from_cols(normal, basis.x_axis, basis.y_axis)
@@ -88,6 +95,7 @@ pub(crate) fn mutants() -> Vec<Mutant> {
     vec![
         mutant!("basis", "fails for n = ±z", "breaks down for n = +z and -z", form_basis: from_fixed_axis),
         mutant!("basis", "fails for n = ±y", "breaks down for n = +y and -y", form_basis: from_y_axis),
+        mutant!("basis", "fails for n = -z", "breaks down for n = -z", form_basis: fails_at_minus_z),
         mutant!("basis", "left-handed", "left-handed", form_basis: left_handed),
         mutant!("basis", "tangent not orthogonal", "not at right angles", form_basis: not_orthogonal),
         mutant!("basis", "tangent not normalised", "normalise the tangent", form_basis: not_normalised),

@@ -89,7 +89,10 @@ fn corners(functions: &Functions, light: &AreaLight) -> Check {
             let Vec2 { x, y } = centred;
             let measured = format!("{found:.4} for point {point} of the light around {}", light.centre);
             let expected = format!("{expected:.4} = centre + {x} u + {y} v");
-            return Err(Failure::new(SAMPLE, "known positions", measured, &expected).into());
+            let failure = Failure::new(SAMPLE, "known positions", measured, &expected);
+            return Err(failure
+                .fallback("the points are not spread evenly: the factors of u and v are 2x - 1 and 2y - 1")
+                .into());
         }
     }
     for point in points {

@@ -125,6 +125,11 @@ fn map_mistake(trial: &Trial) -> Option<&'static str> {
             "directions of the whole sphere: z must not be negative"
         });
     }
+    if all(|sample| sample.z > 0.3) {
+        return Some(
+            "directions near the horizon are missing: a point of a square that is normalised is no hemisphere",
+        );
+    }
     let places: Vec<Vec2> = samples.iter().map(|sample| sample.xy()).collect();
     disk_mistakes::azimuth(&places).or_else(|| {
         let height = mean(|sample| sample.z);
