@@ -75,6 +75,21 @@ fn disk_inverse_in_radians(disk: Vec2) -> Vec2 {
     Vec2::new(TAU * student::disk_to_square_polar(disk).x, disk.length_squared())
 }
 
+fn cosine_for_both(point: Vec2) -> Vec2 {
+    point.y.sqrt() * Vec2::splat((TAU * point.x).cos())
+}
+
+fn concentric_with_smaller_radius(point: Vec2) -> Vec2 {
+    let Vec2 { x, y } = 2.0 * point - 1.0;
+    if x == 0.0 || y == 0.0 {
+        Vec2::ZERO
+    } else if x.abs() < y.abs() {
+        x * Vec2::from_angle(FRAC_PI_4 * y / x)
+    } else {
+        y * Vec2::from_angle(FRAC_PI_2 - FRAC_PI_4 * x / y)
+    }
+}
+
 fn disk_of_diameter_one(point: Vec2) -> Vec2 {
     0.5 * student::square_to_disk_polar(point)
 }
@@ -179,6 +194,9 @@ fn maps_to_disk() -> Vec<Mutant> {
         mutant!("disk", "pdf without π", "π is missing", disk_pdf_area: |_| 1.0),
         mutant!("disk", "pdf outside of the disk", "outside the disk", disk_pdf_area: |_| FRAC_1_PI),
         mutant!("disk", "angle not divided by 2π", "not divided by 2π", disk_to_square_polar: disk_inverse_in_radians),
+        mutant!("disk", "cosine for both", "on a diagonal", square_to_disk_polar: cosine_for_both),
+        mutant!("concentric", "smaller for larger", "smaller coordinate",
+            square_to_disk_concentric: concentric_with_smaller_radius),
         mutant!("disk", "radius halved", "radius is halved", square_to_disk_polar: disk_of_diameter_one),
         mutant!("concentric", "signs lost", "sign of a coordinate", square_to_disk_concentric: concentric_without_signs),
         mutant!("disk", "negative angles", "whole turn", disk_to_square_polar: disk_inverse_without_whole_turn),
@@ -233,6 +251,14 @@ fn maps_to_hemisphere() -> Vec<Mutant> {
             cosine_hemisphere_pdf_solid_angle: |direction| (-direction.z).max(0.0) * FRAC_1_PI),
         mutant!("hemisphere", "density over angles", "sine too many",
             cosine_hemisphere_pdf_solid_angle: |direction| direction.z.max(0.0) * direction.truncate().length() * FRAC_1_PI),
+        mutant!("hemisphere", "pdf by the angle", "angle itself",
+            cosine_hemisphere_pdf_solid_angle: |direction| if direction.z > 0.0 { direction.z.acos() * FRAC_1_PI } else { 0.0 }),
+        mutant!("hemisphere", "pdf with y up", "another axis",
+            cosine_hemisphere_pdf_solid_angle: |direction| direction.y.max(0.0) * FRAC_1_PI),
+        mutant!("hemisphere", "pdf below the horizon", "negative below",
+            cosine_hemisphere_pdf_solid_angle: |direction| direction.z * FRAC_1_PI),
+        mutant!("hemisphere", "inverse ends at the disk", "shadow on the disk",
+            cosine_hemisphere_to_square: |direction| direction.truncate()),
         mutant!("hemisphere", "inverse swapped", "swaps the two", cosine_hemisphere_to_square: hemisphere_inverse_swapped),
     ]
 }

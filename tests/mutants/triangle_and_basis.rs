@@ -78,6 +78,14 @@ fn weights_above_one(values: [Vec3; 3], point: Vec2) -> Vec3 {
     weighted(values, [1.0, point.x, point.y])
 }
 
+fn v_unused([a, b, _]: [Vec3; 3], point: Vec2) -> Vec3 {
+    a * (1.0 - point.x) + b * point.x
+}
+
+fn complements_of_two(values: [Vec3; 3], point: Vec2) -> Vec3 {
+    weighted(values, [1.0 - point.x - point.y, 1.0 - point.x, 1.0 - point.y])
+}
+
 fn first_corner(values: [Vec3; 3], _: Vec2) -> Vec3 {
     values[0]
 }
@@ -108,6 +116,8 @@ pub(crate) fn mutants() -> Vec<Mutant> {
         mutant!("barycentric", "u and v swapped", "u and v are swapped", interpolate_barycentric: swapped),
         mutant!("barycentric", "complementary weights", "complement", interpolate_barycentric: complement),
         mutant!("barycentric", "weights sum above 1", "weight of a is 1", interpolate_barycentric: weights_above_one),
+        mutant!("barycentric", "v not used", "v is not used", interpolate_barycentric: v_unused),
+        mutant!("barycentric", "complements of two", "complements of u and v", interpolate_barycentric: complements_of_two),
         mutant!("barycentric", "first corner only", "one corner alone", interpolate_barycentric: first_corner),
         mutant!("barycentric", "mean of the corners", "plain mean", interpolate_barycentric: mean_of_corners),
         mutant!("barycentric", "index out of range", "panics", interpolate_barycentric: out_of_range),

@@ -186,6 +186,14 @@ pub(super) fn diagnose(trial: &Trial, failure: &Failure) -> Option<String> {
             Some((2.0 * point - 1.0, light_coordinates(light, position), height))
         })
         .collect();
+    let around_origin = PLAIN_POINTS.into_iter().all(|point| {
+        let right = (2.0 * point.x - 1.0) * light.half_extent_u + (2.0 * point.y - 1.0) * light.half_extent_v;
+        quiet(|| (trial.functions.sample_area_light)(light, point))
+            .is_some_and(|found| found.position.abs_diff_eq(right, 1e-5))
+    });
+    if around_origin {
+        return Some(String::from("the light's centre is missing: the points lie around the origin"));
+    }
     position_mistake(&samples).map(String::from)
 }
 
