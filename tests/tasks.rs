@@ -66,6 +66,7 @@ fn every_wrong_version_is_caught_and_its_mistake_is_named() {
 }
 
 #[test]
+#[expect(clippy::todo, reason = "a function that its student has not written yet")]
 fn placeholders_and_todo_count_as_not_done() {
     for report in run_all(&PLACEHOLDERS, SEED) {
         assert!(matches!(report.status, Status::NotDone(_)), "{}: {}", report.task, report.status);

@@ -65,6 +65,11 @@ fn centre_only(light: &AreaLight, _: Vec2) -> LightSample {
     at(light, 0.0, 0.0)
 }
 
+fn centre_forgotten(light: &AreaLight, point: Vec2) -> LightSample {
+    let right = student::sample_area_light(light, point);
+    LightSample { position: right.position - light.centre, ..right }
+}
+
 fn flipped_normal(light: &AreaLight, point: Vec2) -> LightSample {
     with_normal(light, point, -light.normal())
 }
@@ -111,6 +116,7 @@ pub(crate) fn mutants() -> Vec<Mutant> {
         mutant!("light", "along the world's axes", "leave the light's plane", sample_area_light: along_the_axes),
         mutant!("light", "x and y swapped", "swapped", sample_area_light: swapped),
         mutant!("light", "centre only", "every point is the centre", sample_area_light: centre_only),
+        mutant!("light", "centre forgotten", "centre is missing", sample_area_light: centre_forgotten),
         mutant!("light", "normal flipped", "light's back", sample_area_light: flipped_normal),
         mutant!("light", "normal not normalised", "not normalised", sample_area_light: long_normal),
         mutant!("light", "pdf of a quarter", "quarter of the light", sample_area_light: quarter_pdf),

@@ -60,6 +60,65 @@ fn concentric_with_wrong_branch(point: Vec2) -> Vec2 {
     }
 }
 
+fn concentric_without_signs(point: Vec2) -> Vec2 {
+    let centred = 2.0 * point - 1.0;
+    if centred == Vec2::ZERO {
+        Vec2::ZERO
+    } else if centred.x.abs() > centred.y.abs() {
+        centred.x.abs() * Vec2::from_angle(FRAC_PI_4 * (centred.y / centred.x))
+    } else {
+        centred.y.abs() * Vec2::from_angle(FRAC_PI_2 - FRAC_PI_4 * (centred.x / centred.y))
+    }
+}
+
+fn disk_inverse_in_radians(disk: Vec2) -> Vec2 {
+    Vec2::new(TAU * student::disk_to_square_polar(disk).x, disk.length_squared())
+}
+
+fn cosine_for_both(point: Vec2) -> Vec2 {
+    point.y.sqrt() * Vec2::splat((TAU * point.x).cos())
+}
+
+fn concentric_with_smaller_radius(point: Vec2) -> Vec2 {
+    let Vec2 { x, y } = 2.0 * point - 1.0;
+    if x == 0.0 || y == 0.0 {
+        Vec2::ZERO
+    } else if x.abs() < y.abs() {
+        x * Vec2::from_angle(FRAC_PI_4 * y / x)
+    } else {
+        y * Vec2::from_angle(FRAC_PI_2 - FRAC_PI_4 * x / y)
+    }
+}
+
+fn disk_of_diameter_one(point: Vec2) -> Vec2 {
+    0.5 * student::square_to_disk_polar(point)
+}
+
+fn whole_sphere(point: Vec2) -> Vec3 {
+    let z = 2.0 * point.x - 1.0;
+    ((1.0 - z * z).max(0.0).sqrt() * Vec2::from_angle(TAU * point.y)).extend(z)
+}
+
+fn hemisphere_of_half_a_turn(point: Vec2) -> Vec3 {
+    lifted(half_disk(point))
+}
+
+fn hemisphere_in_degrees(point: Vec2) -> Vec3 {
+    lifted(disk_in_degrees(point))
+}
+
+fn hemisphere_of_one_number(point: Vec2) -> Vec3 {
+    lifted(one_number_for_both(point))
+}
+
+fn hemisphere_on_the_disk(point: Vec2) -> Vec3 {
+    student::square_to_disk_concentric(point).extend(0.0)
+}
+
+fn hemisphere_by_normalised_cube(point: Vec2) -> Vec3 {
+    (2.0 * point - 1.0).extend(1.0).normalize()
+}
+
 fn concentric_not_centred(point: Vec2) -> Vec2 {
     student::square_to_disk_concentric(0.5 * point + 0.5)
 }
@@ -134,6 +193,12 @@ fn maps_to_disk() -> Vec<Mutant> {
         mutant!("disk", "one number for both", "not used", square_to_disk_polar: one_number_for_both),
         mutant!("disk", "pdf without π", "π is missing", disk_pdf_area: |_| 1.0),
         mutant!("disk", "pdf outside of the disk", "outside the disk", disk_pdf_area: |_| FRAC_1_PI),
+        mutant!("disk", "angle not divided by 2π", "not divided by 2π", disk_to_square_polar: disk_inverse_in_radians),
+        mutant!("disk", "cosine for both", "on a diagonal", square_to_disk_polar: cosine_for_both),
+        mutant!("concentric", "smaller for larger", "smaller coordinate",
+            square_to_disk_concentric: concentric_with_smaller_radius),
+        mutant!("disk", "radius halved", "radius is halved", square_to_disk_polar: disk_of_diameter_one),
+        mutant!("concentric", "signs lost", "sign of a coordinate", square_to_disk_concentric: concentric_without_signs),
         mutant!("disk", "negative angles", "whole turn", disk_to_square_polar: disk_inverse_without_whole_turn),
         mutant!("disk", "radius not squared back", "where its square is meant",
             disk_to_square_polar: disk_inverse_without_square),
@@ -160,6 +225,12 @@ fn maps_to_hemisphere() -> Vec<Mutant> {
         mutant!("hemisphere", "uniform angle", "angle from the pole is uniform", square_to_cosine_hemisphere: uniform_angle),
         mutant!("hemisphere", "downwards", "upside down", square_to_cosine_hemisphere: hemisphere_down),
         mutant!("hemisphere", "panics at a side", "panics", square_to_cosine_hemisphere: hemisphere_panics),
+        mutant!("hemisphere", "whole sphere", "whole sphere", square_to_cosine_hemisphere: whole_sphere),
+        mutant!("hemisphere", "half of the turn", "half of the turn", square_to_cosine_hemisphere: hemisphere_of_half_a_turn),
+        mutant!("hemisphere", "degrees", "degrees", square_to_cosine_hemisphere: hemisphere_in_degrees),
+        mutant!("hemisphere", "one number for both", "not used", square_to_cosine_hemisphere: hemisphere_of_one_number),
+        mutant!("hemisphere", "not lifted", "not lifted", square_to_cosine_hemisphere: hemisphere_on_the_disk),
+        mutant!("hemisphere", "normalised cube", "near the horizon are missing", square_to_cosine_hemisphere: hemisphere_by_normalised_cube),
         mutant!("hemisphere", "pdf without π", "π is missing",
             cosine_hemisphere_pdf_solid_angle: |direction| direction.z.max(0.0)),
         mutant!("hemisphere", "pdf with π twice", "twice",
@@ -180,6 +251,14 @@ fn maps_to_hemisphere() -> Vec<Mutant> {
             cosine_hemisphere_pdf_solid_angle: |direction| (-direction.z).max(0.0) * FRAC_1_PI),
         mutant!("hemisphere", "density over angles", "sine too many",
             cosine_hemisphere_pdf_solid_angle: |direction| direction.z.max(0.0) * direction.truncate().length() * FRAC_1_PI),
+        mutant!("hemisphere", "pdf by the angle", "angle itself",
+            cosine_hemisphere_pdf_solid_angle: |direction| if direction.z > 0.0 { direction.z.acos() * FRAC_1_PI } else { 0.0 }),
+        mutant!("hemisphere", "pdf with y up", "another axis",
+            cosine_hemisphere_pdf_solid_angle: |direction| direction.y.max(0.0) * FRAC_1_PI),
+        mutant!("hemisphere", "pdf below the horizon", "negative below",
+            cosine_hemisphere_pdf_solid_angle: |direction| direction.z * FRAC_1_PI),
+        mutant!("hemisphere", "inverse ends at the disk", "shadow on the disk",
+            cosine_hemisphere_to_square: |direction| direction.truncate()),
         mutant!("hemisphere", "inverse swapped", "swaps the two", cosine_hemisphere_to_square: hemisphere_inverse_swapped),
     ]
 }

@@ -46,6 +46,13 @@ fn upper_half_only(normal: Vec3) -> Mat3 {
     Mat3::from_cols(tangent, Vec3::new(b, 1.0 - normal.y * normal.y * a, -normal.y), normal)
 }
 
+fn fails_at_minus_z(normal: Vec3) -> Mat3 {
+    let a = 1.0 / (1.0 + normal.z);
+    let b = -normal.x * normal.y * a;
+    let tangent = Vec3::new(1.0 - normal.x * normal.x * a, b, -normal.x);
+    Mat3::from_cols(tangent, Vec3::new(b, 1.0 - normal.y * normal.y * a, -normal.y), normal)
+}
+
 fn normal_first(normal: Vec3) -> Mat3 {
     let basis = student::form_basis(normal);
     Mat3::from_cols(normal, basis.x_axis, basis.y_axis)
@@ -71,6 +78,14 @@ fn weights_above_one(values: [Vec3; 3], point: Vec2) -> Vec3 {
     weighted(values, [1.0, point.x, point.y])
 }
 
+fn v_unused([a, b, _]: [Vec3; 3], point: Vec2) -> Vec3 {
+    a * (1.0 - point.x) + b * point.x
+}
+
+fn complements_of_two(values: [Vec3; 3], point: Vec2) -> Vec3 {
+    weighted(values, [1.0 - point.x - point.y, 1.0 - point.x, 1.0 - point.y])
+}
+
 fn first_corner(values: [Vec3; 3], _: Vec2) -> Vec3 {
     values[0]
 }
@@ -88,6 +103,7 @@ pub(crate) fn mutants() -> Vec<Mutant> {
     vec![
         mutant!("basis", "fails for n = ±z", "breaks down for n = +z and -z", form_basis: from_fixed_axis),
         mutant!("basis", "fails for n = ±y", "breaks down for n = +y and -y", form_basis: from_y_axis),
+        mutant!("basis", "fails for n = -z", "breaks down for n = -z", form_basis: fails_at_minus_z),
         mutant!("basis", "left-handed", "left-handed", form_basis: left_handed),
         mutant!("basis", "tangent not orthogonal", "not at right angles", form_basis: not_orthogonal),
         mutant!("basis", "tangent not normalised", "normalise the tangent", form_basis: not_normalised),
@@ -100,6 +116,8 @@ pub(crate) fn mutants() -> Vec<Mutant> {
         mutant!("barycentric", "u and v swapped", "u and v are swapped", interpolate_barycentric: swapped),
         mutant!("barycentric", "complementary weights", "complement", interpolate_barycentric: complement),
         mutant!("barycentric", "weights sum above 1", "weight of a is 1", interpolate_barycentric: weights_above_one),
+        mutant!("barycentric", "v not used", "v is not used", interpolate_barycentric: v_unused),
+        mutant!("barycentric", "complements of two", "complements of u and v", interpolate_barycentric: complements_of_two),
         mutant!("barycentric", "first corner only", "one corner alone", interpolate_barycentric: first_corner),
         mutant!("barycentric", "mean of the corners", "plain mean", interpolate_barycentric: mean_of_corners),
         mutant!("barycentric", "index out of range", "panics", interpolate_barycentric: out_of_range),

@@ -89,7 +89,10 @@ fn corners(functions: &Functions, light: &AreaLight) -> Check {
             let Vec2 { x, y } = centred;
             let measured = format!("{found:.4} for point {point} of the light around {}", light.centre);
             let expected = format!("{expected:.4} = centre + {x} u + {y} v");
-            return Err(Failure::new(SAMPLE, "known positions", measured, &expected).into());
+            let failure = Failure::new(SAMPLE, "known positions", measured, &expected);
+            return Err(failure
+                .fallback("the points are not spread evenly: the factors of u and v are 2x - 1 and 2y - 1")
+                .into());
         }
     }
     for point in points {
@@ -183,6 +186,14 @@ pub(super) fn diagnose(trial: &Trial, failure: &Failure) -> Option<String> {
             Some((2.0 * point - 1.0, light_coordinates(light, position), height))
         })
         .collect();
+    let around_origin = PLAIN_POINTS.into_iter().all(|point| {
+        let right = (2.0 * point.x - 1.0) * light.half_extent_u + (2.0 * point.y - 1.0) * light.half_extent_v;
+        quiet(|| (trial.functions.sample_area_light)(light, point))
+            .is_some_and(|found| found.position.abs_diff_eq(right, 1e-5))
+    });
+    if around_origin {
+        return Some(String::from("the light's centre is missing: the points lie around the origin"));
+    }
     position_mistake(&samples).map(String::from)
 }
 

@@ -44,7 +44,7 @@ pub(super) fn tests(trial: &Trial) -> Check {
 /// A wrong version: its weights as a function of the right ones, and what to say.
 type Wrong = (fn(Vec3) -> Vec3, &'static str);
 
-const KNOWN: [Wrong; 11] = [
+const KNOWN: [Wrong; 15] = [
     (|w| Vec3::new(w.x, w.z, w.y), "u and v are swapped: u belongs to b and v to c"),
     (
         |w| Vec3::new(w.y, w.z, w.x),
@@ -60,6 +60,13 @@ const KNOWN: [Wrong; 11] = [
     (|w| 0.5 * (Vec3::ONE - w), "each weight is the complement of the right one: near a corner its own value must win"),
     (|w| Vec3::new(1.0, w.y, w.z), "the weight of a is 1: it must be 1-u-v, so that the three sum to 1"),
     (|w| Vec3::new(0.0, w.y, w.z), "corner a is missing: its weight is 1-u-v"),
+    (|w| Vec3::new(w.x + w.z, w.y, 0.0), "v is not used: corner c has the weight v"),
+    (|w| Vec3::new(w.x + w.y, 0.0, w.z), "u is not used: corner b has the weight u"),
+    (
+        |w| Vec3::new(w.x, 1.0 - w.y, 1.0 - w.z),
+        "the complements of u and v stand at b and c: their weights are u and v",
+    ),
+    (|_| Vec3::ONE, "the plain sum of the corners: the barycentric coordinates are not used"),
     (|_| Vec3::splat(1.0 / 3.0), "the plain mean of the corners: the barycentric coordinates are not used"),
     (|w| w.normalize_or_zero(), "the result is brought to unit length: that is for normals, not for radiosity"),
 ];

@@ -1,5 +1,7 @@
 //! Task `basis`: a frame around a normal.
 
+use std::f32::consts::TAU;
+
 use glam::{Mat3, Vec3};
 
 use super::{
@@ -43,7 +45,7 @@ const AXES: [(&str, Vec3); 6] =
 
 /// Normals that are nothing special.
 fn anywhere(trial: &Trial) -> impl Iterator<Item = Vec3> {
-    trial.points().take(1000).map(|point| charts::direction(2.0 * point.x - 1.0, 6.28 * point.y))
+    trial.points().take(1000).map(|point| charts::direction(2.0 * point.x - 1.0, TAU * point.y))
 }
 
 /// The axes, normals close to them, and any others.

@@ -112,8 +112,15 @@ fn branch_mistake(samples: &[(Vec2, Vec2)]) -> Option<&'static str> {
         Some("the point is not centred: move the middle of the square to (0, 0) first, with 2p - 1")
     } else if all(&|point| right(0.5 * point + 0.25)) {
         Some("the point is centred but not scaled: 2p - 1, not p - 1/2")
-    } else if all(&|point| right(point).abs()) || all(&|point| right(point) * (2.0 * point - 1.0).abs().max_element()) {
-        Some("the sign of the coordinates is lost, or the radius counted twice")
+    } else if all(&|point| right(point) * (2.0 * point - 1.0).abs().max_element()) {
+        Some("the radius is multiplied in twice: places lie at its square")
+    } else if samples
+        .iter()
+        .all(|(point, place)| ((2.0 * *point - 1.0).abs().min_element() - place.length()).abs() < NEAR)
+    {
+        Some("the smaller coordinate is taken as the radius: it is the larger of |x| and |y|")
+    } else if samples.iter().all(|(point, place)| right(*point).abs().abs_diff_eq(place.abs(), NEAR)) {
+        Some("the sign of a coordinate is lost: the radius is x or y itself, not its absolute value")
     } else if samples.iter().all(|(point, place)| {
         place.abs_diff_eq((2.0 * *point - 1.0).normalize_or_zero() * right(*point).length(), NEAR)
     }) {

@@ -34,6 +34,9 @@ pub(super) fn map(samples: &[(Vec2, Vec2)]) -> Option<&'static str> {
     if samples.iter().all(|(point, place)| place.abs_diff_eq(2.0 * *point - 1.0, 1e-4)) {
         return Some("this is the centred square, not yet a disk");
     }
+    if places.iter().all(|place| (place.x - place.y).abs() < 1e-4 || (place.x + place.y).abs() < 1e-4) {
+        return Some("all samples lie on a diagonal: x takes the cosine of the angle, y its sine");
+    }
     if let Some(mistake) = azimuth(&places) {
         return Some(mistake);
     }

@@ -91,6 +91,15 @@ pub(super) fn diagnose(trial: &Trial, failure: &Failure) -> Option<String> {
     let hint = match failure.function {
         MAP => map_mistake(trial),
         PDF => pdf_mistake(trial.functions.cosine_hemisphere_pdf_solid_angle),
+        INVERSE => {
+            let inverse = trial.functions.cosine_hemisphere_to_square;
+            let is_place = |(z, angle)| {
+                let direction = charts::direction(z, angle);
+                quiet(|| inverse(direction)).is_some_and(|found| found.abs_diff_eq(direction.xy(), 1e-4))
+            };
+            let hint = "the inverse returns the shadow on the disk, not yet its point of the square";
+            DIRECTIONS.into_iter().all(is_place).then_some(hint)
+        }
         _ => None,
     };
     hint.map(String::from)
@@ -124,6 +133,11 @@ fn map_mistake(trial: &Trial) -> Option<&'static str> {
         } else {
             "directions of the whole sphere: z must not be negative"
         });
+    }
+    if all(|sample| sample.z > 0.3) {
+        return Some(
+            "directions near the horizon are missing: normalising a shifted square or sphere gives no cosine-weighted hemisphere",
+        );
     }
     let places: Vec<Vec2> = samples.iter().map(|sample| sample.xy()).collect();
     disk_mistakes::azimuth(&places).or_else(|| {
@@ -180,6 +194,10 @@ fn pdf_mistake(pdf: fn(Vec3) -> f32) -> Option<&'static str> {
         })
     } else if is(&|_| 0.0) && below > 0.0 || is(&|z| -z * FRAC_1_PI) {
         Some("the cosine is that of the wrong side: its sign is turned round")
+    } else if is(&|z| z.acos() * FRAC_1_PI) {
+        Some("the angle itself stands where its cosine is meant: cosθ is the direction's z")
+    } else if near(quiet(|| pdf(Vec3::Y))?, FRAC_1_PI, 1e-3) && scale == 0.0 {
+        Some("the cosine is to another axis: z is up, and cosθ is the direction's z")
     } else if is(&|_| 0.5 * FRAC_1_PI) {
         Some("this is the density of a uniform hemisphere, 1/(2π): weigh it by the cosine")
     } else if is(&|_| 0.25 * FRAC_1_PI) {
