@@ -57,6 +57,15 @@ fn furnaces_follow_equation_5_after_every_bounce() {
         }
         let powers: Vec<f64> = report.energy.bounces.iter().map(|bounce| bounce.arriving.x).collect();
         assert!(powers.windows(2).all(|pair| pair[1] <= pair[0]), "{name}: energy grew: {powers:?}");
+        // A closed box of 6 m²: all of the emitted power π L A arrives, and ρ of what arrives is reflected to arrive again.
+        let emitted = 6.0 * direct.x;
+        assert!((report.energy.emitted.x / emitted - 1.0).abs() < 1e-5, "{name}: {:?}", report.energy.emitted);
+        for (bounce, power) in report.energy.bounces.iter().enumerate() {
+            let expected = emitted * f64::powi(reflectance, bounce as i32);
+            assert!((power.arriving.x / expected - 1.0).abs() < 1e-3, "{name}, bounce {bounce}: {power:?}");
+            assert!((power.absorbed.x / power.arriving.x - (1.0 - reflectance)).abs() < 1e-5, "{name}: {power:?}");
+            assert!(power.escaped.x.abs() < 1e-3 * expected, "{name}, bounce {bounce}: {power:?}");
+        }
     }
 }
 

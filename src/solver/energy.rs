@@ -39,8 +39,8 @@ impl VertexWeights {
         let square_metres = scene.frame.square_metres_per_unit();
         let reflectance: Vec<Vec3> =
             (0..scene.mesh.triangles.len() as u32).map(|triangle| triangle_mean_reflectance(scene, triangle)).collect();
-        let mut weights =
-            Self { area: vec![0.0; mesh.positions.len()], reflecting_area: vec![DVec3::ZERO; mesh.positions.len()] };
+        let area = tessellation.vertex_areas().into_iter().map(|area| f64::from(area) * square_metres).collect();
+        let mut weights = Self { area, reflecting_area: vec![DVec3::ZERO; mesh.positions.len()] };
         for element in 0..mesh.triangles.len() {
             let share = f64::from(mesh.area(element as u32)) * square_metres / 3.0;
             let reflectance = reflectance[tessellation.scene_triangle[element] as usize].as_dvec3();
