@@ -7,7 +7,7 @@
 //! | --- | --- | --- |
 //! | [`basis`] | a frame around a normal | turns the directions of eq. 4 |
 //! | [`warp`] | square to disk to hemisphere | eq. 4 |
-//! | [`light`] | points on the area light and on triangles | eq. 3 |
+//! | [`light`] | points on the area light | eq. 3 |
 //! | [`barycentric`] | values between the corners of a triangle | eq. 4 |
 //!
 //! `radiosity check` tests them and names the mistake; it takes them as a table, [`Functions`], so that other versions
@@ -28,9 +28,7 @@ use crate::scene::AreaLight;
 
 pub use barycentric::interpolate_barycentric;
 pub use basis::form_basis;
-pub use light::{
-    LightSample, TriangleSample, area_light_inverse, sample_area_light, sample_triangle, triangle_inverse,
-};
+pub use light::{LightSample, area_light_inverse, sample_area_light};
 pub use placeholder::PLACEHOLDERS;
 pub use warp::{
     cosine_hemisphere_pdf_solid_angle, cosine_hemisphere_to_square, disk_pdf_area, disk_to_square_concentric,

@@ -7,11 +7,11 @@ use glam::{Vec2, Vec3};
 use super::{
     lights::{FinderCounts, Lights, area_to_solid_angle},
     origins::origin_of_sample,
+    sampling::{area_light_point, cosine_pdf_solid_angle, triangle_point},
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
     scene::{AreaLight, Scene},
-    student::{cosine_hemisphere_pdf_solid_angle, sample_area_light, sample_triangle},
     trace::{RayTracer, SurfacePoint, surface::lift},
 };
 
@@ -56,8 +56,12 @@ impl DirectContext<'_> {
         let mut sum = Vec3::ZERO;
         if let Some(light) = &self.lights.area_light {
             if origins.iter().any(|origin| may_shine_on(light, origin)) {
+                let (normal, area) = (light.normal(), light.area());
                 sum += self.sum_over(vertex, origins, Stream::AreaLight, |origin, point| {
-                    self.area_light_term(light, origin, point, rays)
+                    // One term of eq. 3, the density being one over the area.
+                    let position = area_light_point(light, point);
+                    let weight = geometry_term(origin, position, normal) * area;
+                    self.if_visible(light.radiance * weight, origin, position, rays)
                 });
             } else {
                 rays.skipped += u64::from(self.light_rays);
@@ -87,13 +91,6 @@ impl DirectContext<'_> {
             .sum()
     }
 
-    /// One term of eq. 3 for the placed light: L cosθ cosθ_l V / (r² pdf_area).
-    fn area_light_term(&self, light: &AreaLight, from: &SurfacePoint, point: Vec2, rays: &mut ShadowRays) -> Vec3 {
-        let sample = sample_area_light(light, point);
-        let weight = geometry_term(from, sample.position, sample.normal) / sample.pdf_area;
-        self.if_visible(light.radiance * weight, from, sample.position, rays)
-    }
-
     /// One term of eq. 3 for the emissive triangles: a point on one of them, chosen by power. This is the samples'
     /// share of it.
     fn emitters_term(&self, from: &SurfacePoint, point: Vec2, rays: &mut ShadowRays) -> Vec3 {
@@ -102,7 +99,7 @@ impl DirectContext<'_> {
         };
         let corners = self.scene.mesh.corners(triangle);
         let normal = self.scene.mesh.geometric_normal(triangle);
-        let position = sample_triangle(corners, Vec2::new(rest, point.y)).position;
+        let position = triangle_point(corners, Vec2::new(rest, point.y)).1;
         let radiance = self.scene.material(triangle).emitted_radiance;
         let pdf_area = self.lights.emitters.pdf_area(radiance);
         let geometry = geometry_term(from, position, normal);
@@ -112,7 +109,7 @@ impl DirectContext<'_> {
         }
         let (direction, distance) = (position - from.origin).normalize_and_length();
         let light_pdf = area_to_solid_angle(pdf_area, distance, -direction.dot(normal));
-        let gather_pdf = cosine_hemisphere_pdf_solid_angle(Vec3::Z * direction.dot(from.shading_normal));
+        let gather_pdf = cosine_pdf_solid_angle(direction.dot(from.shading_normal));
         let share = 1.0 - self.finders.gather_share(gather_pdf, light_pdf);
         let irradiance = radiance * (geometry / pdf_area * share);
         self.if_visible(irradiance, from, lift(position, normal, corners), rays)

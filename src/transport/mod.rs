@@ -4,6 +4,7 @@ pub mod direct;
 pub mod lights;
 pub mod origins;
 pub mod rows;
+pub mod sampling;
 
 pub use lights::Lights;
 pub use origins::VertexOrigins;

@@ -9,11 +9,11 @@ use glam::{UVec2, Vec2, Vec3};
 use super::{
     lights::{FinderCounts, Lights, area_to_solid_angle},
     origins::{VertexOrigins, origin_of_sample},
+    sampling::{cosine_direction, cosine_pdf_solid_angle, frame},
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
     scene::{Scene, Tessellation, mesh::interpolate},
-    student::{cosine_hemisphere_pdf_solid_angle, form_basis, square_to_cosine_hemisphere},
     trace::{Hit, Ray, RayTracer, SurfacePoint},
 };
 
@@ -114,13 +114,13 @@ impl Transport<'_> {
             return true;
         };
         let sequence = Sequence::new(self.sampler, self.seed, vertex, Stream::Hemisphere, self.rays);
-        let basis = form_basis(first.shading_normal);
+        let basis = frame(first.shading_normal);
         for index in 0..self.rays {
             if index % RAYS_PER_LOOK == 0 && is_cancelled() {
                 return false;
             }
             let place = origin_of_sample(index, self.rays, origins.len());
-            let direction = basis * square_to_cosine_hemisphere(sequence.sample_2d(index));
+            let direction = basis * cosine_direction(sequence.sample_2d(index));
             let run = &mut runs[place];
             run.rays += 1;
             let Some(ray) = origins[place].ray(direction) else {
@@ -151,7 +151,7 @@ impl Transport<'_> {
         }
         let cosine_light = ray.direction.dot(self.scene.mesh.geometric_normal(hit.triangle)).abs();
         let light_pdf = area_to_solid_angle(self.lights.emitters.pdf_area(radiance), hit.distance, cosine_light);
-        let gather_pdf = cosine_hemisphere_pdf_solid_angle(Vec3::Z * ray.direction.dot(from.shading_normal));
+        let gather_pdf = cosine_pdf_solid_angle(ray.direction.dot(from.shading_normal));
         std::f32::consts::PI * self.finders.gather_share(gather_pdf, light_pdf) * radiance
     }
 
