@@ -1,82 +1,26 @@
-//! The assignment's method: direct light, then bounces of gathering, `E_{n+1} = T E_n` (Neumann series).
+//! The program's own engine for the assignment's method: direct light, then bounces of gathering, `E_{n+1} = T E_n`.
 //!
 //! Every vertex traces its gather rays once, and its direct light from the origins that turned out not to be buried.
 //! Later bounces are sums over the kept rows; rows beyond the memory budget are traced again, to the same bits.
 
-use std::{sync::Arc, time::Instant};
+use std::time::Instant;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
 use super::{
-    buried::fill_buried,
-    energy::{Ledger, VertexWeights},
     monitor::{Monitor, Stage},
     settings::SolveSettings,
-    solution::{Solution, SolutionInfo},
+    solve::{Computed, Problem, SolveReport, bounce_on, fill},
 };
-use crate::{
-    scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState},
-    trace::RayTracer,
-    transport::{
-        Lights, RowChunk, Transport, VertexOrigins,
-        direct::{DirectContext, ShadowRays},
-        lights::FinderCounts,
-    },
+use crate::transport::{
+    Lights, RowChunk, Transport, VertexOrigins,
+    direct::{DirectContext, ShadowRays},
+    lights::FinderCounts,
 };
-
-/// What is to be solved.
-#[derive(Clone)]
-pub struct Problem {
-    /// The scene.
-    pub scene: Arc<Scene>,
-    /// Its ray tracer.
-    pub tracer: Arc<dyn RayTracer>,
-    /// Its elements.
-    pub tessellation: Arc<Tessellation>,
-    /// How the scene was read: kept with the solution, so that it can be read so again.
-    pub load: LoadOptions,
-    /// The placed area light, if any.
-    pub light: Option<AreaLightState>,
-    /// The settings.
-    pub settings: SolveSettings,
-}
-
-/// What a solve did, for reports.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct SolveReport {
-    /// Wall-clock seconds of the whole solve.
-    pub seconds: f64,
-    /// Seconds of all threads together spent on gather rays.
-    pub gather_thread_seconds: f64,
-    /// Seconds of all threads together spent on direct light.
-    pub direct_thread_seconds: f64,
-    /// Wall-clock seconds of the bounces after the rays were traced.
-    pub bounce_seconds: f64,
-    /// Gather rays traced.
-    pub gather_rays: u64,
-    /// Gather rays that needed no tracing.
-    pub gather_rays_skipped: u64,
-    /// Shadow rays traced.
-    pub shadow_rays: u64,
-    /// Shadow rays that needed no tracing.
-    pub shadow_rays_skipped: u64,
-    /// Bytes of the kept rows; 0 if they were traced anew at each bounce.
-    pub row_bytes: u64,
-    /// Vertices that see mostly back faces.
-    pub buried_vertices: u64,
-    /// Fraction of the emitted power that is still unabsorbed.
-    pub unabsorbed: f64,
-    /// Where the power went.
-    pub energy: Ledger,
-}
 
 /// Gather rays that one task traces: some 10 ms of work, and 128 KiB of rows.
 const RAYS_PER_TASK: usize = 1 << 14;
-
-/// Without a bounce limit, no more than this many.
-const MOST_BOUNCES: u32 = 1000;
 
 /// Rays that tell whether a vertex is buried when no bounce is asked for.
 const RAYS_FOR_BURIAL: u32 = 64;
@@ -99,30 +43,23 @@ struct Traced {
     direct_seconds: f64,
 }
 
-/// Solves. A cancelled solve returns what it has, with [`SolutionInfo::complete`] false.
-pub fn solve(problem: &Problem, monitor: &Monitor) -> (Solution, SolveReport) {
-    let started = Instant::now();
-    let scene = &problem.scene;
-    let lights = Lights::new(scene, problem.light.map(|light| light.to_local(&scene.frame)));
-    let emitted = lights.emitted_power(scene).as_dvec3() * scene.frame.square_metres_per_unit();
+/// Traces and bounces.
+pub(super) fn solve(problem: &Problem, monitor: &Monitor, lights: Lights, report: &mut SolveReport) -> Computed {
     let solve = Solve { problem, monitor, lights, origins: VertexOrigins::new(&problem.tessellation) };
-    let weights = VertexWeights::new(scene, &problem.tessellation);
-
     let traced = solve.trace_all();
     let bounces_started = Instant::now();
-    let mut report = SolveReport::of_traced(&traced, emitted);
+    enter_traced(&traced, report);
     let buried: Vec<bool> = traced.iter().flat_map(|chunk| chunk.buried.iter().copied()).collect();
-    report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
     let mut direct: Vec<Vec3> = traced.iter().flat_map(|chunk| chunk.direct.iter().copied()).collect();
-    solve.fill(&mut direct, &buried);
+    fill(problem, monitor, &solve.origins, &mut direct, &buried);
     let rows: Vec<RowChunk> = traced.into_iter().map(|chunk| chunk.rows).collect();
-    let bounces = solve.bounce_on(direct, &rows, &buried, &weights, &mut report);
-
-    report.unabsorbed = report.energy.unabsorbed();
+    let bounces = bounce_on(problem, monitor, &solve.lights, direct, report, |bounces, report| {
+        let mut next = solve.next_bounce(&bounces[bounces.len() - 1], &rows, report);
+        fill(problem, monitor, &solve.origins, &mut next, &buried);
+        next
+    });
     report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
-    report.seconds = started.elapsed().as_secs_f64();
-    let bounces = bounces.into_iter().map(Arc::unwrap_or_clone).collect();
-    (Solution { info: solve.info(), bounces, buried }, report)
+    Computed { bounces, buried }
 }
 
 impl Solve<'_> {
@@ -230,40 +167,6 @@ impl Solve<'_> {
         traced.gather_seconds = started.elapsed().as_secs_f64() - traced.direct_seconds;
     }
 
-    /// The bounces from direct light on, until the settings' limit or the stop rule.
-    fn bounce_on(
-        &self,
-        direct: Vec<Vec3>,
-        rows: &[RowChunk],
-        buried: &[bool],
-        weights: &VertexWeights,
-        report: &mut SolveReport,
-    ) -> Vec<Arc<Vec<Vec3>>> {
-        let mut bounces = vec![Arc::new(direct)];
-        loop {
-            let index = bounces.len() as u32 - 1;
-            let last = &bounces[index as usize];
-            report.energy.enter(last, weights);
-            self.monitor.announce_bounce(index, last, report.energy.bounces[index as usize]);
-            let unabsorbed = report.energy.unabsorbed();
-            let limit = self.settings().bounces;
-            let is_done = match limit {
-                Some(limit) => index >= limit,
-                None => unabsorbed <= f64::from(self.settings().unabsorbed) || index >= MOST_BOUNCES,
-            };
-            if is_done || self.lights.is_empty() || self.monitor.is_cancelled() {
-                return bounces;
-            }
-            self.monitor.enter_stage(Stage::Bouncing, index + 1, self.vertex_count() as u64, unabsorbed);
-            let mut next = self.next_bounce(last, rows, report);
-            if self.monitor.is_cancelled() {
-                return bounces; // a bounce that is missing at some vertices would darken the sum: leave it out
-            }
-            self.fill(&mut next, buried);
-            bounces.push(Arc::new(next));
-        }
-    }
-
     /// E_{n+1} = T E_n over the kept rows, or over rows traced anew.
     fn next_bounce(&self, previous: &[Vec3], rows: &[RowChunk], report: &mut SolveReport) -> Vec<Vec3> {
         let transport = self.transport(self.settings().rays);
@@ -295,45 +198,16 @@ impl Solve<'_> {
         report.gather_rays += chunks.iter().map(|(_, rays)| rays).sum::<u64>();
         chunks.into_iter().flat_map(|(irradiance, _)| irradiance).collect()
     }
-
-    /// Gives buried vertices their neighbours' values, in the field and on the screen.
-    fn fill(&self, field: &mut [Vec3], buried: &[bool]) {
-        for (vertex, value) in fill_buried(&self.problem.tessellation.mesh, &self.origins, field, buried) {
-            field[vertex] = value;
-            self.monitor.add_live(vertex, value);
-        }
-    }
-
-    fn info(&self) -> SolutionInfo {
-        SolutionInfo {
-            scene_name: self.problem.scene.name.clone(),
-            scene_hash: self.problem.scene.hash(),
-            tessellation_hash: self.problem.tessellation.hash(),
-            load: self.problem.load.clone(),
-            settings: self.settings().clone(),
-            light: self.problem.light,
-            program_version: String::from(env!("CARGO_PKG_VERSION")),
-            complete: !self.monitor.is_cancelled(),
-        }
-    }
 }
 
-impl SolveReport {
-    fn of_traced(traced: &[Traced], emitted: DVec3) -> Self {
-        let sum = |value: fn(&Traced) -> u64| traced.iter().map(value).sum();
-        Self {
-            seconds: 0.0,
-            gather_thread_seconds: traced.iter().map(|chunk| chunk.gather_seconds).sum(),
-            direct_thread_seconds: traced.iter().map(|chunk| chunk.direct_seconds).sum(),
-            bounce_seconds: 0.0,
-            gather_rays: sum(|chunk| chunk.rows.rays),
-            gather_rays_skipped: sum(|chunk| chunk.rows.skipped),
-            shadow_rays: sum(|chunk| chunk.shadow_rays.traced),
-            shadow_rays_skipped: sum(|chunk| chunk.shadow_rays.skipped),
-            row_bytes: sum(|chunk| chunk.rows.bytes() as u64),
-            buried_vertices: 0,
-            unabsorbed: 1.0,
-            energy: Ledger::new(emitted),
-        }
+fn enter_traced(traced: &[Traced], report: &mut SolveReport) {
+    for chunk in traced {
+        report.gather_thread_seconds += chunk.gather_seconds;
+        report.direct_thread_seconds += chunk.direct_seconds;
+        report.gather_rays += chunk.rows.rays;
+        report.gather_rays_skipped += chunk.rows.skipped;
+        report.shadow_rays += chunk.shadow_rays.traced;
+        report.shadow_rays_skipped += chunk.shadow_rays.skipped;
+        report.row_bytes += chunk.rows.bytes() as u64;
     }
 }

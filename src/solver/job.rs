@@ -6,9 +6,9 @@ use std::{
 };
 
 use super::{
-    gather::{Problem, SolveReport, solve},
     monitor::{Message, Monitor},
     solution::Solution,
+    solve::{Problem, SolveReport, solve},
 };
 
 /// A running solve. Dropping it cancels the solve and waits for its thread.

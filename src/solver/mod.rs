@@ -2,17 +2,18 @@
 
 mod buried;
 pub mod energy;
-pub mod gather;
+mod gather;
 pub mod job;
 pub mod monitor;
 pub mod settings;
 pub mod solution;
 pub mod solution_file;
+pub mod solve;
 pub mod state;
 
-pub use gather::{Problem, SolveReport, solve};
 pub use job::Job;
 pub use monitor::{Message, Monitor, Progress, Stage};
 pub use settings::SolveSettings;
 pub use solution::{Solution, SolutionInfo};
+pub use solve::{Problem, SolveReport, solve};
 pub use state::State;

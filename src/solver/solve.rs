@@ -1,0 +1,166 @@
+//! What all engines share: the problem, the report, the bounces' stop rule and the making of the solution.
+
+use std::{sync::Arc, time::Instant};
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+use super::{
+    buried::fill_buried,
+    energy::{Ledger, VertexWeights},
+    gather,
+    monitor::{Monitor, Stage},
+    settings::SolveSettings,
+    solution::{Solution, SolutionInfo},
+};
+use crate::{
+    scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState},
+    trace::RayTracer,
+    transport::{Lights, VertexOrigins},
+};
+
+/// What is to be solved.
+#[derive(Clone)]
+pub struct Problem {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Its ray tracer.
+    pub tracer: Arc<dyn RayTracer>,
+    /// Its elements.
+    pub tessellation: Arc<Tessellation>,
+    /// How the scene was read: kept with the solution, so that it can be read so again.
+    pub load: LoadOptions,
+    /// The placed area light, if any.
+    pub light: Option<AreaLightState>,
+    /// The settings.
+    pub settings: SolveSettings,
+}
+
+/// What a solve did, for reports.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct SolveReport {
+    /// Wall-clock seconds of the whole solve.
+    pub seconds: f64,
+    /// Seconds of all threads together spent on gather rays.
+    pub gather_thread_seconds: f64,
+    /// Seconds of all threads together spent on direct light.
+    pub direct_thread_seconds: f64,
+    /// Wall-clock seconds of the bounces after the rays were traced.
+    pub bounce_seconds: f64,
+    /// Gather rays traced.
+    pub gather_rays: u64,
+    /// Gather rays that needed no tracing.
+    pub gather_rays_skipped: u64,
+    /// Shadow rays traced.
+    pub shadow_rays: u64,
+    /// Shadow rays that needed no tracing.
+    pub shadow_rays_skipped: u64,
+    /// Bytes of the kept rows; 0 if they were traced anew at each bounce.
+    pub row_bytes: u64,
+    /// Vertices that see mostly back faces.
+    pub buried_vertices: u64,
+    /// Fraction of the emitted power that is still unabsorbed.
+    pub unabsorbed: f64,
+    /// Where the power went.
+    pub energy: Ledger,
+}
+
+/// Without a bounce limit, no more than this many.
+const MOST_BOUNCES: u32 = 1000;
+
+/// What an engine computes.
+pub(super) struct Computed {
+    /// Irradiance of each bounce alone [W/m²].
+    pub(super) bounces: Vec<Arc<Vec<Vec3>>>,
+    /// The vertices that see mostly back faces.
+    pub(super) buried: Vec<bool>,
+}
+
+/// Solves. A cancelled solve returns what it has, with [`SolutionInfo::complete`] false.
+pub fn solve(problem: &Problem, monitor: &Monitor) -> (Solution, SolveReport) {
+    let started = Instant::now();
+    let scene = &problem.scene;
+    let lights = Lights::new(scene, problem.light.map(|light| light.to_local(&scene.frame)));
+    let emitted = lights.emitted_power(scene).as_dvec3() * scene.frame.square_metres_per_unit();
+    let mut report = SolveReport::new(Ledger::new(emitted));
+    let Computed { bounces, buried } = gather::solve(problem, monitor, lights, &mut report);
+    report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
+    report.unabsorbed = report.energy.unabsorbed();
+    report.seconds = started.elapsed().as_secs_f64();
+    let bounces = bounces.into_iter().map(Arc::unwrap_or_clone).collect();
+    (Solution { info: info(problem, monitor), bounces, buried }, report)
+}
+
+/// The bounces from direct light on, until the settings' limit or the stop rule. `next_bounce` gets the bounces so far.
+pub(super) fn bounce_on(
+    problem: &Problem,
+    monitor: &Monitor,
+    lights: &Lights,
+    direct: Vec<Vec3>,
+    report: &mut SolveReport,
+    mut next_bounce: impl FnMut(&[Arc<Vec<Vec3>>], &mut SolveReport) -> Vec<Vec3>,
+) -> Vec<Arc<Vec<Vec3>>> {
+    let weights = VertexWeights::new(&problem.scene, &problem.tessellation);
+    let work = problem.tessellation.mesh.positions.len() as u64;
+    let mut bounces = vec![Arc::new(direct)];
+    loop {
+        let index = bounces.len() as u32 - 1;
+        let last = &bounces[index as usize];
+        report.energy.enter(last, &weights);
+        monitor.announce_bounce(index, last, report.energy.bounces[index as usize]);
+        let unabsorbed = report.energy.unabsorbed();
+        let is_done = match problem.settings.bounces {
+            Some(limit) => index >= limit,
+            None => unabsorbed <= f64::from(problem.settings.unabsorbed) || index >= MOST_BOUNCES,
+        };
+        if is_done || lights.is_empty() || monitor.is_cancelled() {
+            return bounces;
+        }
+        monitor.enter_stage(Stage::Bouncing, index + 1, work, unabsorbed);
+        let next = next_bounce(&bounces, report);
+        if monitor.is_cancelled() {
+            return bounces; // a bounce that is missing at some vertices would darken the sum: leave it out
+        }
+        bounces.push(Arc::new(next));
+    }
+}
+
+/// Gives buried vertices their neighbours' values, in the field and on the screen.
+pub(super) fn fill(problem: &Problem, monitor: &Monitor, origins: &VertexOrigins, field: &mut [Vec3], buried: &[bool]) {
+    for (vertex, value) in fill_buried(&problem.tessellation.mesh, origins, field, buried) {
+        field[vertex] = value;
+        monitor.add_live(vertex, value);
+    }
+}
+
+fn info(problem: &Problem, monitor: &Monitor) -> SolutionInfo {
+    SolutionInfo {
+        scene_name: problem.scene.name.clone(),
+        scene_hash: problem.scene.hash(),
+        tessellation_hash: problem.tessellation.hash(),
+        load: problem.load.clone(),
+        settings: problem.settings.clone(),
+        light: problem.light,
+        program_version: String::from(env!("CARGO_PKG_VERSION")),
+        complete: !monitor.is_cancelled(),
+    }
+}
+
+impl SolveReport {
+    fn new(energy: Ledger) -> Self {
+        Self {
+            seconds: 0.0,
+            gather_thread_seconds: 0.0,
+            direct_thread_seconds: 0.0,
+            bounce_seconds: 0.0,
+            gather_rays: 0,
+            gather_rays_skipped: 0,
+            shadow_rays: 0,
+            shadow_rays_skipped: 0,
+            row_bytes: 0,
+            buried_vertices: 0,
+            unabsorbed: 1.0,
+            energy,
+        }
+    }
+}
