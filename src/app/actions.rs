@@ -147,6 +147,7 @@ impl App {
                     self.notices.say(Level::Error, problem);
                     ended = true;
                 }
+                SolveEvent::Fault(fault) => self.notices.say(Level::Error, format!("src/student: {fault}")),
                 event => {
                     ended |= matches!(event, SolveEvent::Finished { .. });
                     if let Some(results) = &mut self.results {

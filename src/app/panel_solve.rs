@@ -7,7 +7,7 @@ use super::{
     command::Command,
     controls::{optional_row, row, rows},
 };
-use crate::{math::sequence::Sampler, solver::SolveSettings};
+use crate::solver::SolveSettings;
 
 /// What the panel has to know of the solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -56,6 +56,7 @@ pub fn buttons_ui(ui: &mut Ui, status: SolveStatus) -> Option<Command> {
 pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
     rows(ui, "solver settings", |ui| {
         let help = setting_help;
+        choice_row(ui, "Engine", &help("engine"), &mut settings.engine);
         let rays = Slider::new(&mut settings.rays, 1..=16384).logarithmic(true);
         row(ui, "Rays", &help("rays"), rays);
         let light_rays = Slider::new(&mut settings.light_rays, 1..=4096).logarithmic(true);
@@ -71,7 +72,7 @@ pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
         if row(ui, "Unabsorbed", &help("unabsorbed"), unabsorbed).changed() {
             settings.unabsorbed = 0.01 * percent;
         }
-        sampler_row(ui, &mut settings.sampler);
+        choice_row(ui, "Sampler", &help("sampler"), &mut settings.sampler);
         row(ui, "Seed", &help("seed"), DragValue::new(&mut settings.seed));
         row(ui, "Subdivide", &help("subdivide"), Slider::new(&mut settings.subdivide, 0..=8));
         let mut graded = settings.max_edge.is_some();
@@ -88,19 +89,19 @@ pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
     }
 }
 
-fn sampler_row(ui: &mut Ui, sampler: &mut Sampler) {
-    use clap::ValueEnum as _;
-    let name =
-        |sampler: Sampler| sampler.to_possible_value().map_or_else(String::new, |value| String::from(value.get_name()));
-    let label = ui.label("Sampler").on_hover_text(setting_help("sampler"));
-    let chosen = egui::ComboBox::from_id_salt("sampler").selected_text(name(*sampler)).show_ui(ui, |ui| {
-        for known in Sampler::value_variants() {
+/// A row with one of several named values.
+fn choice_row<Choice: clap::ValueEnum + PartialEq + Copy>(ui: &mut Ui, name: &str, tooltip: &str, chosen: &mut Choice) {
+    let name_of =
+        |choice: Choice| choice.to_possible_value().map_or_else(String::new, |value| String::from(value.get_name()));
+    let label = ui.label(name).on_hover_text(tooltip);
+    let shown = egui::ComboBox::from_id_salt(name).selected_text(name_of(*chosen)).show_ui(ui, |ui| {
+        for known in Choice::value_variants() {
             let value = known.to_possible_value();
             let help = value.and_then(|value| value.get_help().map(ToString::to_string)).unwrap_or_default();
-            ui.selectable_value(sampler, *known, name(*known)).on_hover_text(help);
+            ui.selectable_value(chosen, *known, name_of(*known)).on_hover_text(help);
         }
     });
-    chosen.response.labelled_by(label.id).on_hover_text(setting_help("sampler"));
+    shown.response.labelled_by(label.id).on_hover_text(tooltip);
     ui.end_row();
 }
 

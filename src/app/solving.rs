@@ -15,7 +15,10 @@ use glam::Vec3;
 use crate::{
     gpu::ViewGeometry,
     scene::{LoadOptions, Material, Scene, Tessellation, area_light::AreaLightState},
-    solver::{Job, Message, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower},
+    solver::{
+        Job, Message, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower, faults::Fault,
+        student_engine::HOLE_COLOUR,
+    },
     trace::Tracer,
 };
 
@@ -90,6 +93,8 @@ pub enum SolveEvent {
         /// Seconds since the start.
         seconds: f64,
     },
+    /// A student's function failed, for the first time.
+    Fault(Fault),
     /// It has ended: complete, or cancelled with what it had.
     Finished {
         /// The solution.
@@ -188,6 +193,14 @@ impl Drop for Solving {
     }
 }
 
+/// A field as it is shown: holes in magenta.
+fn with_holes(mut field: Vec<Vec3>, holes: &[u32]) -> Vec<Vec3> {
+    for &hole in holes {
+        field[hole as usize] = HOLE_COLOUR;
+    }
+    field
+}
+
 /// What the thread works on.
 struct Work {
     started: Instant,
@@ -256,7 +269,7 @@ impl Work {
         }
         job.messages().for_each(|message| self.forward(message, started));
         let ended = job.finish().map(|(solution, report)| SolveEvent::Finished {
-            total: Arc::new(solution.total()),
+            total: Arc::new(with_holes(solution.total(), &report.holes)),
             solution: Arc::new(solution),
             report: Box::new(report),
         });
@@ -276,6 +289,7 @@ impl Work {
             Message::Bounce { irradiance, power, .. } => {
                 SolveEvent::Bounce { irradiance, power, seconds: started.elapsed().as_secs_f64() }
             }
+            Message::Fault(fault) => SolveEvent::Fault(fault),
         });
     }
 

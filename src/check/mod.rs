@@ -3,9 +3,11 @@
 
 pub mod chi_square;
 pub mod closed_form;
+#[cfg(feature = "reference")]
 mod emitters;
 pub mod jacobian;
 pub mod metrics;
+#[cfg(feature = "reference")]
 pub mod path_tracer;
 pub mod surface_points;
 pub mod tasks;

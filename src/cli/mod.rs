@@ -13,6 +13,7 @@ pub mod render;
 pub mod scene_args;
 pub mod solve;
 pub mod solved_scene;
+#[cfg(feature = "reference")]
 pub mod truth;
 #[cfg(feature = "app")]
 pub mod window;
@@ -68,6 +69,7 @@ enum Command {
     /// Read irradiance from a solution at surface points.
     Probe(probe::ProbeArgs),
     /// Path trace irradiance at surface points: the reference, with standard errors.
+    #[cfg(feature = "reference")]
     Truth(truth::TruthArgs),
     /// Compare a solution with another, or with a truth.
     Compare(compare::CompareArgs),
@@ -81,6 +83,7 @@ enum Command {
 
 /// Reads the program's arguments and runs the command. Errors are printed as one line.
 pub fn main() -> ExitCode {
+    be_quiet_about_student_panics();
     let matches = Cli::command().get_matches();
     let outcome = Cli::from_arg_matches(&matches).map_err(anyhow::Error::from).and_then(|cli| {
         let Some(command) = cli.command else {
@@ -93,6 +96,7 @@ pub fn main() -> ExitCode {
             Command::Solve(args) => solve::run(&args, flags),
             Command::Render(args) => render::run(&args),
             Command::Probe(args) => probe::run(&args),
+            #[cfg(feature = "reference")]
             Command::Truth(args) => truth::run(&args, flags),
             Command::Compare(args) => compare::run(&args),
             Command::Inspect(args) => inspect::run(&args),
@@ -109,6 +113,20 @@ pub fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// A panic in src/student is caught and told where it concerns somebody; without this each would be printed as well,
+/// thousands of times.
+fn be_quiet_about_student_panics() {
+    let print = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let is_student = |location: &std::panic::Location| {
+            std::path::Path::new(location.file()).iter().any(|name| name == "student")
+        };
+        if !panic.location().is_some_and(is_student) {
+            print(panic);
+        }
+    }));
 }
 
 /// The window, or else what it would show, on the command line.

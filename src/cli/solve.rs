@@ -200,6 +200,7 @@ fn show(message: &Message, progress: &mut Progress) {
             let [red, green, blue] = power.arriving.to_array();
             progress.line(&format!("bounce {index:2}: {red:.4} {green:.4} {blue:.4} W arriving"));
         }
+        Message::Fault(fault) => progress.line(&format!("src/student: {fault}")),
     }
 }
 
@@ -209,6 +210,9 @@ pub fn print_summary(report: &FullReport) {
     let thread_seconds = solve.gather_thread_seconds + solve.direct_thread_seconds;
     println!("scene      {}: {} triangles", report.info.scene_name, report.triangles);
     println!("elements   {} with {} vertices, {} buried", report.elements, report.vertices, solve.buried_vertices);
+    if !solve.holes.is_empty() {
+        println!("holes      {} vertices, for want of a usable value from src/student", solve.holes.len());
+    }
     println!("bounces    {} (bounce 0 is direct light), {:.3} % unabsorbed", report.bounces, 100.0 * solve.unabsorbed);
     println!(
         "rays       {} gather, {} shadow; {} and {} needed no tracing",

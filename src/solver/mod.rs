@@ -2,6 +2,8 @@
 
 mod buried;
 pub mod energy;
+pub mod faults;
+#[cfg(feature = "reference")]
 mod gather;
 pub mod job;
 pub mod monitor;
@@ -10,10 +12,11 @@ pub mod solution;
 pub mod solution_file;
 pub mod solve;
 pub mod state;
+pub mod student_engine;
 
 pub use job::Job;
 pub use monitor::{Message, Monitor, Progress, Stage};
-pub use settings::SolveSettings;
+pub use settings::{Engine, SolveSettings};
 pub use solution::{Solution, SolutionInfo};
-pub use solve::{Problem, SolveReport, solve};
+pub use solve::{Problem, SolveReport, solve, solve_with};
 pub use state::State;

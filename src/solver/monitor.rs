@@ -11,7 +11,7 @@ use std::{
 
 use glam::Vec3;
 
-use super::energy::BouncePower;
+use super::{energy::BouncePower, faults::Fault};
 
 /// What a solve is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +55,8 @@ pub enum Message {
         /// Its power.
         power: BouncePower,
     },
+    /// A student's function failed, for the first time.
+    Fault(Fault),
 }
 
 /// Time between two progress messages.
@@ -168,6 +170,17 @@ impl Monitor {
         if let Some(sender) = &self.sender {
             let _ = sender.send(Message::Bounce { index, irradiance: Arc::clone(irradiance), power });
         }
+    }
+
+    pub(super) fn announce_fault(&self, fault: &Fault) {
+        if let Some(sender) = &self.sender {
+            let _ = sender.send(Message::Fault(fault.clone()));
+        }
+    }
+
+    /// True if somebody listens.
+    pub(super) fn is_watched(&self) -> bool {
+        self.sender.is_some()
     }
 
     /// How far the solve has come.

@@ -1,14 +1,29 @@
 //! The settings of a solve: one struct for the flags, the state file, the window and the solution's metadata.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
 use crate::{math::sequence::Sampler, scene::tessellate::TessellationOptions};
+
+/// Whose functions gather the light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Engine {
+    /// The program's own.
+    #[cfg_attr(feature = "reference", default)]
+    Reference,
+    /// Those of src/student.
+    #[cfg_attr(not(feature = "reference"), default)]
+    Student,
+}
 
 /// Everything a solution depends on besides the scene and the light.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct SolveSettings {
+    /// Whose functions gather the light.
+    #[arg(long, value_enum, default_value_t = SolveSettings::default().engine)]
+    pub engine: Engine,
     /// Hemisphere rays a vertex. 64 is a preview, 256 good, 1024 fine; powers of two suit the Sobol points.
     #[arg(long, value_name = "N", default_value_t = SolveSettings::default().rays)]
     pub rays: u32,
@@ -41,6 +56,7 @@ pub struct SolveSettings {
 impl Default for SolveSettings {
     fn default() -> Self {
         Self {
+            engine: Engine::default(),
             rays: 256,
             light_rays: 64,
             bounces: None,
@@ -62,6 +78,9 @@ impl SolveSettings {
 
     /// What is wrong with the settings, if anything.
     pub fn problem(&self) -> Option<String> {
+        if self.engine == Engine::Reference && cfg!(not(feature = "reference")) {
+            return Some(String::from("this program was built without its own engine; take the engine `student`"));
+        }
         if !(self.unabsorbed > 0.0 && self.unabsorbed < 1.0) {
             return Some(format!("unabsorbed must lie between 0 and 1, not be {}", self.unabsorbed));
         }

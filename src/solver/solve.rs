@@ -8,13 +8,17 @@ use serde::{Deserialize, Serialize};
 use super::{
     buried::fill_buried,
     energy::{Ledger, VertexWeights},
-    gather,
+    faults::Fault,
     monitor::{Monitor, Stage},
     settings::SolveSettings,
     solution::{Solution, SolutionInfo},
+    student_engine,
 };
+#[cfg(feature = "reference")]
+use super::{gather, settings::Engine};
 use crate::{
     scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState},
+    student::{FUNCTIONS, Functions},
     trace::RayTracer,
     transport::{Lights, VertexOrigins},
 };
@@ -63,6 +67,10 @@ pub struct SolveReport {
     pub unabsorbed: f64,
     /// Where the power went.
     pub energy: Ledger,
+    /// What functions of `student` did that they must not do: the first time of each.
+    pub faults: Vec<Fault>,
+    /// The vertices that have no value for that.
+    pub holes: Vec<u32>,
 }
 
 /// Without a bounce limit, no more than this many.
@@ -78,12 +86,21 @@ pub(super) struct Computed {
 
 /// Solves. A cancelled solve returns what it has, with [`SolutionInfo::complete`] false.
 pub fn solve(problem: &Problem, monitor: &Monitor) -> (Solution, SolveReport) {
+    solve_with(problem, &FUNCTIONS, monitor)
+}
+
+/// Solves; [`Engine::Student`] takes these functions.
+pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -> (Solution, SolveReport) {
     let started = Instant::now();
     let scene = &problem.scene;
     let lights = Lights::new(scene, problem.light.map(|light| light.to_local(&scene.frame)));
     let emitted = lights.emitted_power(scene).as_dvec3() * scene.frame.square_metres_per_unit();
     let mut report = SolveReport::new(Ledger::new(emitted));
-    let Computed { bounces, buried } = gather::solve(problem, monitor, lights, &mut report);
+    let Computed { bounces, buried } = match problem.settings.engine {
+        #[cfg(feature = "reference")]
+        Engine::Reference => gather::solve(problem, monitor, lights, &mut report),
+        _ => student_engine::solve(problem, functions, monitor, &lights, &mut report),
+    };
     report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
     report.unabsorbed = report.energy.unabsorbed();
     report.seconds = started.elapsed().as_secs_f64();
@@ -161,6 +178,8 @@ impl SolveReport {
             buried_vertices: 0,
             unabsorbed: 1.0,
             energy,
+            faults: Vec::new(),
+            holes: Vec::new(),
         }
     }
 }

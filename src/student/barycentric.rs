@@ -10,6 +10,9 @@ use glam::{Vec2, Vec3};
 /// Tests: `radiosity check`, task `barycentric`.
 ///
 /// Hint: each weight is 1 at its own corner and 0 at the other two; the three sum to 1.
-pub fn interpolate_barycentric([a, b, c]: [Vec3; 3], barycentric: Vec2) -> Vec3 {
+pub fn interpolate_barycentric(corners: [Vec3; 3], barycentric: Vec2) -> Vec3 {
+    // <answer>
+    let [a, b, c] = corners;
     (1.0 - barycentric.x - barycentric.y) * a + barycentric.x * b + barycentric.y * c
+    // </answer> (super::PLACEHOLDERS.interpolate_barycentric)(corners, barycentric)
 }

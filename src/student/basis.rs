@@ -16,6 +16,7 @@ use glam::{Mat3, Vec3};
 /// Hint: a cross product with a fixed axis fails where the normal is that axis. Find the two vectors for z > 0 without
 /// a division by something that can vanish, then mirror them for z < 0.
 pub fn form_basis(normal: Vec3) -> Mat3 {
+    // <answer>
     // The sign bit rather than a comparison, so that z = -0 has a sign as well.
     let sign = 1.0_f32.copysign(normal.z);
     let a = -1.0 / (sign + normal.z);
@@ -23,4 +24,5 @@ pub fn form_basis(normal: Vec3) -> Mat3 {
     let tangent = Vec3::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x);
     let bitangent = Vec3::new(b, sign + normal.y * normal.y * a, -normal.y);
     Mat3::from_cols(tangent, bitangent, normal)
+    // </answer> (super::PLACEHOLDERS.form_basis)(normal)
 }

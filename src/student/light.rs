@@ -23,12 +23,14 @@ pub struct LightSample {
 ///
 /// Hint: the light's vectors are **half** extents. The density is one over the area, and the area is not |u × v|.
 pub fn sample_area_light(light: &AreaLight, point: Vec2) -> LightSample {
+    // <answer>
     let centred = 2.0 * point - 1.0;
     LightSample {
         position: light.centre + centred.x * light.half_extent_u + centred.y * light.half_extent_v,
         normal: light.normal(),
         pdf_area: density(light.area()),
     }
+    // </answer> (super::PLACEHOLDERS.sample_area_light)(light, point)
 }
 
 /// The inverse of [`sample_area_light`]: a position on the light to its point of the unit square; (1/2, 1/2) for a
@@ -38,15 +40,19 @@ pub fn sample_area_light(light: &AreaLight, point: Vec2) -> LightSample {
 ///
 /// Hint: u and v need not be at right angles. The component along u is found with a vector that is orthogonal to v.
 pub fn area_light_inverse(light: &AreaLight, position: Vec3) -> Vec2 {
+    // <answer>
     let (u, v) = (light.half_extent_u, light.half_extent_v);
     let normal = u.cross(v);
     let offset = position - light.centre;
     let centred = Vec2::new(offset.cross(v).dot(normal), u.cross(offset).dot(normal)) / normal.length_squared();
     if centred.is_finite() { 0.5 * centred + 0.5 } else { Vec2::splat(0.5) }
+    // </answer> (super::PLACEHOLDERS.area_light_inverse)(light, position)
 }
 
+// <answer>
 /// One over the area; 0 where there is none to speak of.
 fn density(area: f32) -> f32 {
     let density = 1.0 / area;
     if density.is_finite() { density } else { 0.0 }
 }
+// </answer>

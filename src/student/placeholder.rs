@@ -1,5 +1,7 @@
 //! What each function returns before it is written: harmless (finite, no panic) and plainly wrong.
 
+use std::f32::consts::PI;
+
 use glam::{Mat3, Vec2, Vec3};
 
 use super::{Functions, LightSample};
@@ -25,6 +27,13 @@ pub const PLACEHOLDERS: Functions = Functions {
     area_light_inverse: |_, _| MIDDLE,
     // Nothing is read from the triangle.
     interpolate_barycentric: |_, _| Vec3::ZERO,
+    sample_texture: |_, _, _| Vec3::ZERO,
+    surface_reflectance: |_, hit| hit.material.reflectance,
+    // The normal as a colour: what a new student sees when the solver runs for the first time.
+    direct_irradiance: |_, receiver| PI * (0.5 + 0.5 * receiver.normal()),
+    indirect_irradiance: |_, _, _| Vec3::ZERO,
+    stratified_point: |_, _, jitter| jitter,
+    low_discrepancy_point: |_| MIDDLE,
 };
 
 const MIDDLE: Vec2 = Vec2::splat(0.5);

@@ -1,6 +1,8 @@
 //! From the unit square to the disk and to the hemisphere, and back.
 
+// <answer>
 use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, TAU};
+// </answer>
 
 use glam::{Vec2, Vec3};
 
@@ -13,7 +15,9 @@ use glam::{Vec2, Vec3};
 ///
 /// Hint: half of the area lies outside of radius 1/√2, not of radius 1/2.
 pub fn square_to_disk_polar(point: Vec2) -> Vec2 {
+    // <answer>
     point.y.sqrt() * Vec2::from_angle(TAU * point.x)
+    // </answer> (super::PLACEHOLDERS.square_to_disk_polar)(point)
 }
 
 /// The inverse of [`square_to_disk_polar`]: a point of the unit disk to its point of [0, 1]².
@@ -22,8 +26,10 @@ pub fn square_to_disk_polar(point: Vec2) -> Vec2 {
 ///
 /// Hint: `atan2` gives angles from -π to π; the square wants fractions of a turn from 0 to 1.
 pub fn disk_to_square_polar(disk: Vec2) -> Vec2 {
+    // <answer>
     let turn = disk.to_angle() / TAU;
     Vec2::new(if turn < 0.0 { turn + 1.0 } else { turn }, disk.length_squared()).clamp(Vec2::ZERO, Vec2::ONE)
+    // </answer> (super::PLACEHOLDERS.disk_to_square_polar)(disk)
 }
 
 /// The density of a uniform point on the unit disk [1/area]: 1/π, and 0 outside.
@@ -32,7 +38,9 @@ pub fn disk_to_square_polar(disk: Vec2) -> Vec2 {
 ///
 /// Hint: the integral over the disk must be 1, and the disk's area is π.
 pub fn disk_pdf_area(disk: Vec2) -> f32 {
+    // <answer>
     if disk.length_squared() <= 1.0 { FRAC_1_PI } else { 0.0 }
+    // </answer> (super::PLACEHOLDERS.disk_pdf_area)(disk)
 }
 
 /// Maps the unit square to the unit disk so that equal areas stay equal: density 1/π everywhere.
@@ -47,6 +55,7 @@ pub fn disk_pdf_area(disk: Vec2) -> f32 {
 /// Hint: move the middle to (0, 0). The larger of |x| and |y| is the radius; the smaller divided by the larger runs
 /// from -1 to 1 and is the angle from the nearest axis, in units of π/4.
 pub fn square_to_disk_concentric(point: Vec2) -> Vec2 {
+    // <answer>
     let centred = 2.0 * point - 1.0;
     if centred == Vec2::ZERO {
         return Vec2::ZERO;
@@ -57,6 +66,7 @@ pub fn square_to_disk_concentric(point: Vec2) -> Vec2 {
         (centred.y, FRAC_PI_2 - FRAC_PI_4 * (centred.x / centred.y))
     };
     radius * Vec2::from_angle(angle)
+    // </answer> (super::PLACEHOLDERS.square_to_disk_concentric)(point)
 }
 
 /// The inverse of [`square_to_disk_concentric`]: a point of the unit disk to its point of the square.
@@ -65,6 +75,7 @@ pub fn square_to_disk_concentric(point: Vec2) -> Vec2 {
 ///
 /// Hint: the axis with the larger coordinate tells which branch the point came from.
 pub fn disk_to_square_concentric(disk: Vec2) -> Vec2 {
+    // <answer>
     if disk == Vec2::ZERO {
         return Vec2::splat(0.5);
     }
@@ -77,6 +88,7 @@ pub fn disk_to_square_concentric(disk: Vec2) -> Vec2 {
         Vec2::new(y * (disk.x / disk.y).atan() / FRAC_PI_4, y)
     };
     (0.5 * centred + 0.5).clamp(Vec2::ZERO, Vec2::ONE)
+    // </answer> (super::PLACEHOLDERS.disk_to_square_concentric)(disk)
 }
 
 /// Maps the unit square to directions about +z with density cosθ/π, θ from z (eq. 4).
@@ -91,8 +103,10 @@ pub fn disk_to_square_concentric(disk: Vec2) -> Vec2 {
 /// Hint: the direction stands above the point of [`square_to_disk_concentric`]; Pythagoras gives its height, which
 /// rounding must not take below 0.
 pub fn square_to_cosine_hemisphere(point: Vec2) -> Vec3 {
+    // <answer>
     let disk = square_to_disk_concentric(point);
     disk.extend((1.0 - disk.length_squared()).max(0.0).sqrt())
+    // </answer> (super::PLACEHOLDERS.square_to_cosine_hemisphere)(point)
 }
 
 /// The density of [`square_to_cosine_hemisphere`] [1/sr]: cosθ/π, and 0 below the horizon.
@@ -103,7 +117,9 @@ pub fn square_to_cosine_hemisphere(point: Vec2) -> Vec3 {
 ///
 /// Hint: the integral over the hemisphere must be 1; that of cosθ alone is π.
 pub fn cosine_hemisphere_pdf_solid_angle(direction: Vec3) -> f32 {
+    // <answer>
     direction.z.max(0.0) * FRAC_1_PI
+    // </answer> (super::PLACEHOLDERS.cosine_hemisphere_pdf_solid_angle)(direction)
 }
 
 /// The inverse of [`square_to_cosine_hemisphere`]: a unit direction with z ≥ 0 to its point of the square.
@@ -112,5 +128,7 @@ pub fn cosine_hemisphere_pdf_solid_angle(direction: Vec3) -> f32 {
 ///
 /// Hint: the shadow on the disk is (x, y).
 pub fn cosine_hemisphere_to_square(direction: Vec3) -> Vec2 {
+    // <answer>
     disk_to_square_concentric(direction.truncate())
+    // </answer> (super::PLACEHOLDERS.cosine_hemisphere_to_square)(direction)
 }

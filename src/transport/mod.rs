@@ -1,11 +1,15 @@
 //! The two operators of `E = E0 + T E` on elements: direct irradiance E0, and the transport T of reflected light.
 
+#[cfg(feature = "reference")]
 pub mod direct;
 pub mod lights;
 pub mod origins;
+#[cfg(feature = "reference")]
 pub mod rows;
+#[cfg(feature = "reference")]
 pub mod sampling;
 
 pub use lights::Lights;
 pub use origins::VertexOrigins;
+#[cfg(feature = "reference")]
 pub use rows::{RowChunk, Transport};

@@ -32,7 +32,7 @@ use std::fmt::{self, Display, Formatter};
 
 use serde::Serialize;
 
-use crate::student::Functions;
+use crate::{solver::faults::caught, student::Functions};
 use probe::{Failure, Problem, Trial};
 
 /// One task of the assignment.
@@ -164,7 +164,7 @@ pub fn run_all(functions: &Functions, seed: u64) -> Vec<TaskReport> {
 impl Task {
     fn status(&self, trial: &Trial) -> Status {
         let tests = || (self.tests)(trial);
-        let problem = match probe::caught(tests) {
+        let problem = match caught(tests) {
             Ok(Ok(())) => return Status::Done,
             Ok(Err(problem)) => problem,
             Err(message) => Problem::Wrong(probe::panicked(self.name, &message)),
@@ -176,7 +176,7 @@ impl Task {
     }
 
     fn finding(&self, trial: &Trial, failure: Failure) -> Finding {
-        let diagnosed = || probe::caught(|| (self.diagnose)(trial, &failure)).ok().flatten();
+        let diagnosed = || caught(|| (self.diagnose)(trial, &failure)).ok().flatten();
         let hint = match &failure.hint {
             Some(hint) => hint.clone(),
             None => diagnosed().unwrap_or_else(|| String::from(failure.fallback)),

@@ -1,14 +1,12 @@
 //! Calling a student's function safely, and saying what a test found.
 
-use std::{
-    fmt::Display,
-    panic::{AssertUnwindSafe, catch_unwind},
-};
+use std::fmt::Display;
 
 use glam::{Mat3, Vec2, Vec3};
 
 use crate::{
     check::chi_square::random_points,
+    solver::faults::caught,
     student::{Functions, LightSample, PLACEHOLDERS},
 };
 
@@ -83,14 +81,6 @@ impl Trial<'_> {
         });
         places.chain(sides).chain(self.points())
     }
-}
-
-/// What `function` returns, or the message of its panic.
-pub(super) fn caught<Output>(function: impl FnOnce() -> Output) -> Result<Output, String> {
-    catch_unwind(AssertUnwindSafe(function)).map_err(|payload| {
-        let text = payload.downcast_ref::<&str>().map(|text| String::from(*text));
-        text.or_else(|| payload.downcast_ref::<String>().cloned()).unwrap_or_else(|| String::from("no message"))
-    })
 }
 
 /// A value of which every number can be tested for being finite.

@@ -1,0 +1,277 @@
+//! The engine that runs on a student's functions: the same solve, bounce by bounce, with [`Functions`] called for every
+//! vertex on all cores. Each bounce traces its rays anew, as the assignment has it.
+//!
+//! What the functions must not do (panic, return a number that is not finite or a negative one) costs a vertex, not the
+//! solve: the vertex becomes a hole and the [`Fault`] is told.
+
+use std::{
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicU64, Ordering::Relaxed},
+    },
+    time::{Duration, Instant},
+};
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::{
+    faults::{self, Fault},
+    monitor::{Monitor, Stage},
+    solve::{Computed, Problem, SolveReport, bounce_on, fill},
+};
+use crate::{
+    student::{Functions, PLACEHOLDERS, Receiver, World},
+    trace::{Hit, Ray, RayTracer, SurfacePoint},
+    transport::{Lights, VertexOrigins},
+};
+
+/// What a hole is shown as while it is solved: bright magenta under any exposure. The solution itself has 0 there.
+pub const HOLE_COLOUR: Vec3 = Vec3::new(1e6, 0.0, 1e6);
+
+/// Time that a solve takes at least while direct light is not written, so that one sees the vertices fill in.
+const UNWRITTEN_TIME: Duration = Duration::from_secs(4);
+
+/// Most vertices that one task handles.
+const VERTICES_PER_TASK: usize = 64;
+
+/// Directions that tell whether a point is buried, along a spiral of equal heights.
+const BURIAL_RAYS: u16 = 16;
+const GOLDEN_ANGLE: f32 = 2.399_963_2;
+
+/// A shorter wait than this is left out: a large mesh takes its time anyway.
+const SHORTEST_PACE: Duration = Duration::from_micros(100);
+
+/// The problem's tracer as a student's functions see it: rays are counted, and once the solve is cancelled the next one
+/// unwinds out of the function, which may have many more to go.
+struct StudentTracer<'a> {
+    tracer: &'a dyn RayTracer,
+    monitor: &'a Monitor,
+    closest: AtomicU64,
+    occluded: AtomicU64,
+}
+
+impl RayTracer for StudentTracer<'_> {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        self.closest.fetch_add(1, Relaxed);
+        self.leave_if_cancelled();
+        self.tracer.closest_hit(ray)
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        self.occluded.fetch_add(1, Relaxed);
+        self.leave_if_cancelled();
+        self.tracer.occluded(ray)
+    }
+}
+
+impl StudentTracer<'_> {
+    fn leave_if_cancelled(&self) {
+        if self.monitor.is_cancelled() {
+            std::panic::resume_unwind(Box::new("cancelled"));
+        }
+    }
+}
+
+/// One function called for every vertex.
+struct Pass<'a> {
+    name: &'static str,
+    /// How many of its vertex's samples a receiver takes.
+    share: &'a (dyn Fn(&World, &Receiver) -> usize + Sync),
+    function: &'a (dyn Fn(&World, &Receiver) -> Vec3 + Sync),
+    /// How long to wait after each vertex.
+    pace: Duration,
+}
+
+struct StudentSolve<'a> {
+    problem: &'a Problem,
+    functions: &'a Functions,
+    monitor: &'a Monitor,
+    lights: &'a Lights,
+    origins: VertexOrigins,
+    /// The first fault of each function.
+    faults: Mutex<Vec<Fault>>,
+}
+
+/// Which of a vertex's origins are not buried, one bit each; the rest of the mesh sees 0.
+type Usable = u8;
+
+/// Solves with a student's functions.
+pub(super) fn solve(
+    problem: &Problem,
+    functions: &Functions,
+    monitor: &Monitor,
+    lights: &Lights,
+    report: &mut SolveReport,
+) -> Computed {
+    let origins = VertexOrigins::new(&problem.tessellation);
+    let solve = StudentSolve { problem, functions, monitor, lights, origins, faults: Mutex::default() };
+    let work = problem.tessellation.mesh.positions.len() as u64;
+    monitor.enter_stage(Stage::Tracing, 0, work, 1.0);
+    let usable = solve.usable_origins();
+    let buried: Vec<bool> = (0..).zip(&usable).map(|(vertex, usable)| solve.is_buried(vertex, *usable)).collect();
+    let mut holes = vec![false; usable.len()];
+
+    let started = Instant::now();
+    let direct_pass = Pass {
+        name: "direct_irradiance",
+        share: &|world, receiver| world.light_points(receiver).len(),
+        function: &|world, receiver| (world.functions.direct_irradiance)(world, receiver),
+        pace: solve.pace(),
+    };
+    let mut direct = solve.run(&direct_pass, &usable, &mut holes, report);
+    report.direct_thread_seconds = started.elapsed().as_secs_f64() * rayon::current_num_threads() as f64;
+    fill(problem, monitor, &solve.origins, &mut direct, &buried);
+    let bounces_started = Instant::now();
+    let bounces = bounce_on(problem, monitor, lights, direct, report, |bounces, report| {
+        let fields: Vec<&[Vec3]> = bounces.iter().map(|bounce| bounce.as_slice()).collect();
+        let pass = Pass {
+            name: "indirect_irradiance",
+            share: &|world, receiver| world.hemisphere_points(receiver).len(),
+            function: &|world, receiver| (world.functions.indirect_irradiance)(world, receiver, &fields),
+            pace: Duration::ZERO,
+        };
+        let mut next = solve.run(&pass, &usable, &mut holes, report);
+        fill(problem, monitor, &solve.origins, &mut next, &buried);
+        next
+    });
+    report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
+    report.gather_thread_seconds = report.bounce_seconds * rayon::current_num_threads() as f64;
+    report.faults = solve.faults.into_inner().unwrap_or_else(PoisonError::into_inner);
+    report.holes = (0..).zip(&holes).filter_map(|(vertex, is_hole)| is_hole.then_some(vertex)).collect();
+    Computed { bounces, buried }
+}
+
+impl StudentSolve<'_> {
+    fn world<'a>(&'a self, tracer: &'a dyn RayTracer) -> World<'a> {
+        let settings = &self.problem.settings;
+        World {
+            scene: &self.problem.scene,
+            tracer,
+            tessellation: &self.problem.tessellation,
+            light: self.lights.area_light,
+            functions: self.functions,
+            sampler: settings.sampler,
+            seed: settings.seed,
+            light_rays: settings.light_rays,
+            rays: settings.rays,
+        }
+    }
+
+    fn usable_origins(&self) -> Vec<Usable> {
+        let vertices = 0..self.problem.tessellation.mesh.positions.len() as u32;
+        let usable = |origins: &mut Vec<SurfacePoint>, vertex| {
+            if self.monitor.is_cancelled() {
+                return 0;
+            }
+            self.origins.collect(&self.problem.scene, &self.problem.tessellation, vertex, origins);
+            let is_free = |origin: &SurfacePoint| !is_buried(&*self.problem.tracer, origin);
+            (0..).zip(origins.iter()).map(|(place, origin)| Usable::from(is_free(origin)) << place).sum()
+        };
+        vertices.into_par_iter().map_init(Vec::new, usable).collect()
+    }
+
+    fn is_buried(&self, vertex: u32, usable: Usable) -> bool {
+        usable == 0 && !self.origins.elements_around(vertex).is_empty()
+    }
+
+    /// One value for every vertex: the mean over its receivers, weighted by their shares of the samples.
+    fn run(&self, pass: &Pass, usable: &[Usable], holes: &mut [bool], report: &mut SolveReport) -> Vec<Vec3> {
+        let tracer = StudentTracer {
+            tracer: &*self.problem.tracer,
+            monitor: self.monitor,
+            closest: AtomicU64::new(0),
+            occluded: AtomicU64::new(0),
+        };
+        let world = self.world(&tracer);
+        let per_task = if pass.pace.is_zero() { VERTICES_PER_TASK } else { 1 };
+        let mut field = vec![Vec3::ZERO; usable.len()];
+        let tasks = field.par_chunks_mut(per_task).zip(holes.par_chunks_mut(per_task)).enumerate();
+        tasks.for_each(|(task, (values, holes))| {
+            for (place, (value, hole)) in values.iter_mut().zip(holes).enumerate() {
+                self.monitor.wait_while_paused();
+                if self.monitor.is_cancelled() {
+                    return;
+                }
+                let vertex = (task * per_task + place) as u32;
+                let found = (!*hole).then(|| self.at_vertex(pass, &world, vertex, usable[vertex as usize])).flatten();
+                *hole = found.is_none();
+                *value = found.unwrap_or(Vec3::ZERO);
+                self.monitor.add_live(vertex as usize, found.unwrap_or(HOLE_COLOUR));
+                std::thread::sleep(pass.pace);
+                self.monitor.advance(1, 0);
+            }
+        });
+        let (closest, occluded) = (tracer.closest.into_inner(), tracer.occluded.into_inner());
+        self.monitor.advance(0, closest + occluded);
+        report.gather_rays += closest;
+        report.shadow_rays += occluded;
+        field
+    }
+
+    /// None if the function failed at one of the vertex's receivers.
+    fn at_vertex(&self, pass: &Pass, world: &World, vertex: u32, usable: Usable) -> Option<Vec3> {
+        let (mut sum, mut samples) = (Vec3::ZERO, 0);
+        for receiver in self.receivers(vertex, usable) {
+            match faults::irradiance(pass.name, world, &receiver, || (pass.function)(world, &receiver)) {
+                Ok(irradiance) => {
+                    let share = faults::caught(|| (pass.share)(world, &receiver)).unwrap_or(0);
+                    sum += irradiance * share as f32;
+                    samples += share;
+                }
+                Err(fault) => {
+                    if !self.monitor.is_cancelled() {
+                        self.tell(fault);
+                    }
+                    return None;
+                }
+            }
+        }
+        Some(sum / samples.max(1) as f32)
+    }
+
+    fn receivers(&self, vertex: u32, usable: Usable) -> impl Iterator<Item = Receiver> {
+        let mut points = Vec::new();
+        if usable != 0 {
+            self.origins.collect(&self.problem.scene, &self.problem.tessellation, vertex, &mut points);
+        }
+        let free = (0..).zip(points).filter(move |(place, _)| usable & (1 << place) != 0).map(|(_, point)| point);
+        let receiver = move |(place, point)| Receiver { vertex, place: (place, usable.count_ones()), point };
+        (0..).zip(free).map(receiver)
+    }
+
+    /// How long to wait after each vertex.
+    fn pace(&self) -> Duration {
+        let world = self.world(&*self.problem.tracer);
+        let vertices = self.problem.tessellation.mesh.positions.len() as u32;
+        let first = (0..vertices).find_map(|vertex| self.receivers(vertex, Usable::MAX).next());
+        let is_unwritten = first.is_some_and(|receiver| {
+            let of = |functions: &Functions| (functions.direct_irradiance)(&world, &receiver);
+            faults::caught(|| of(self.functions)) == Ok(of(&PLACEHOLDERS))
+        });
+        let pace = UNWRITTEN_TIME * rayon::current_num_threads() as u32 / vertices.max(1);
+        if is_unwritten && self.monitor.is_watched() && pace >= SHORTEST_PACE { pace } else { Duration::ZERO }
+    }
+
+    fn tell(&self, fault: Fault) {
+        let mut faults = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
+        if faults.iter().all(|known| known.function != fault.function) {
+            self.monitor.announce_fault(&fault);
+            faults.push(fault);
+        }
+    }
+}
+
+/// Whether a point lies under an object: of what its hemisphere sees, more is back faces than not.
+fn is_buried(tracer: &dyn RayTracer, origin: &SurfacePoint) -> bool {
+    let (tangent, bitangent) = origin.geometric_normal.any_orthonormal_pair();
+    let mut balance = 0.0;
+    for index in 0..BURIAL_RAYS {
+        let height = (f32::from(index) + 0.5) / f32::from(BURIAL_RAYS);
+        let across = (1.0 - height * height).sqrt() * Vec2::from_angle(f32::from(index) * GOLDEN_ANGLE);
+        let direction = across.x * tangent + across.y * bitangent + height * origin.geometric_normal;
+        let meets_back = origin.ray(direction).and_then(|ray| tracer.closest_hit(&ray)).is_some_and(|hit| !hit.front);
+        balance += if meets_back { height } else { -height };
+    }
+    balance > 0.0
+}
