@@ -11,7 +11,9 @@ use glam::{Mat3, Vec3};
 use radiosity::{
     scene::LoadOptions,
     solver::{
-        Engine, Message, Monitor, Problem, Solution, SolveReport, SolveSettings, solve_with,
+        Engine, Message, Monitor, Problem, Solution, SolveReport, SolveSettings,
+        one_vertex::{Found, rays_of_vertex},
+        solve_with,
         student_engine::HOLE_COLOUR,
     },
     student::{FUNCTIONS, Functions, LightSample, PLACEHOLDERS},
@@ -28,6 +30,20 @@ fn few_rays() -> SolveSettings {
 
 fn solve_with_functions(problem: &Problem, functions: &Functions) -> (Solution, SolveReport) {
     solve_with(problem, functions, &Monitor::new(problem.tessellation.mesh.positions.len(), None))
+}
+
+#[test]
+fn every_ray_of_one_vertex_can_be_seen_and_gives_the_solves_own_value() {
+    let problem = cornell(few_rays());
+    let (solution, _) = solve_unwatched(&problem);
+    let vertex = 40;
+    let direct = rays_of_vertex(&problem, &FUNCTIONS, &[], vertex);
+    assert_eq!(direct.irradiance.unwrap(), solution.bounces[0][vertex as usize]);
+    assert!(direct.rays.iter().all(|seen| matches!(seen.found, Found::Blocked(_))));
+    let bounce = rays_of_vertex(&problem, &FUNCTIONS, &[&solution.bounces[0]], vertex);
+    assert_eq!(bounce.irradiance.unwrap(), solution.bounces[1][vertex as usize]);
+    assert_eq!(bounce.rays.len(), 16, "one ray for each of the settings");
+    assert!(bounce.rays.iter().all(|seen| matches!(seen.found, Found::Met(_))));
 }
 
 /// Root of the mean squared difference, relative to the mean of `expected`.

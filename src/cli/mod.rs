@@ -7,6 +7,7 @@ pub mod compare;
 pub mod demo;
 pub mod export;
 pub mod inspect;
+pub mod only_vertex;
 pub mod probe;
 pub mod progress;
 pub mod render;

@@ -11,7 +11,7 @@ use clap::{ArgMatches, Args};
 use serde::Serialize;
 
 use super::{
-    Outcome, files,
+    Outcome, files, only_vertex,
     progress::Progress,
     scene_args::{LightArgs, LoadedScene, SceneArgs, overlay},
 };
@@ -33,6 +33,12 @@ pub struct SolveArgs {
     /// The settings.
     #[command(flatten, next_help_heading = "Solving")]
     pub settings: SolveSettings,
+    /// Print every ray that the functions of src/student trace for this vertex (in the bounce of `--bounce`), and no more.
+    #[arg(long, value_name = "VERTEX", conflicts_with_all = ["output", "report", "json"])]
+    pub only_vertex: Option<u32>,
+    /// The bounce of `--only-vertex`; 0 is direct light.
+    #[arg(long, value_name = "N", default_value_t = 0, requires = "only_vertex")]
+    pub bounce: u32,
     /// Threads to use; 0 for all cores. Any number gives the same bits.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
@@ -87,12 +93,15 @@ pub fn run(args: &SolveArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
     for path in args.output.iter().chain(&args.report) {
         files::check_writable(path)?;
     }
-    if args.output.is_none() && !args.json {
+    if args.output.is_none() && !args.json && args.only_vertex.is_none() {
         eprintln!("note: the solution will not be saved; give -o FILE to save it");
     }
     let loaded = args.scene.load(matches)?;
     let settings = overlay(loaded.state.settings.clone(), &args.settings, matches)?;
     let light = args.light.over(loaded.state.light)?;
+    if let Some(vertex) = args.only_vertex {
+        return only_vertex::run(&loaded, light, settings, vertex, args.bounce);
+    }
     let solved = solve_with_progress(&loaded, light, settings, args.threads, args.json)?;
     if let Some(path) = &args.output {
         files::write_solution(path, &solved.solution)?;

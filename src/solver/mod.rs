@@ -7,6 +7,7 @@ pub mod faults;
 mod gather;
 pub mod job;
 pub mod monitor;
+pub mod one_vertex;
 pub mod settings;
 pub mod solution;
 pub mod solution_file;

@@ -74,7 +74,7 @@ impl StudentTracer<'_> {
 }
 
 /// One function called for every vertex.
-struct Pass<'a> {
+pub(super) struct Pass<'a> {
     name: &'static str,
     /// How many of its vertex's samples a receiver takes.
     share: &'a (dyn Fn(&World, &Receiver) -> usize + Sync),
@@ -83,7 +83,8 @@ struct Pass<'a> {
     pace: Duration,
 }
 
-struct StudentSolve<'a> {
+/// What all passes share.
+pub(super) struct StudentSolve<'a> {
     problem: &'a Problem,
     functions: &'a Functions,
     monitor: &'a Monitor,
@@ -93,8 +94,8 @@ struct StudentSolve<'a> {
     faults: Mutex<Vec<Fault>>,
 }
 
-/// Which of a vertex's origins are not buried, one bit each; the rest of the mesh sees 0.
-type Usable = u8;
+/// Which of a vertex's origins are not buried, one bit each.
+pub(super) type Usable = u8;
 
 /// Solves with a student's functions.
 pub(super) fn solve(
@@ -104,8 +105,7 @@ pub(super) fn solve(
     lights: &Lights,
     report: &mut SolveReport,
 ) -> Computed {
-    let origins = VertexOrigins::new(&problem.tessellation);
-    let solve = StudentSolve { problem, functions, monitor, lights, origins, faults: Mutex::default() };
+    let solve = StudentSolve::new(problem, functions, monitor, lights);
     let work = problem.tessellation.mesh.positions.len() as u64;
     monitor.enter_stage(Stage::Tracing, 0, work, 1.0);
     let usable = solve.usable_origins();
@@ -113,25 +113,13 @@ pub(super) fn solve(
     let mut holes = vec![false; usable.len()];
 
     let started = Instant::now();
-    let direct_pass = Pass {
-        name: "direct_irradiance",
-        share: &|world, receiver| world.light_points(receiver).len(),
-        function: &|world, receiver| (world.functions.direct_irradiance)(world, receiver),
-        pace: solve.pace(),
-    };
-    let mut direct = solve.run(&direct_pass, &usable, &mut holes, report);
+    let mut direct = solve.run(&Pass { pace: solve.pace(), ..direct_pass() }, &usable, &mut holes, report);
     report.direct_thread_seconds = started.elapsed().as_secs_f64() * rayon::current_num_threads() as f64;
     fill(problem, monitor, &solve.origins, &mut direct, &buried);
     let bounces_started = Instant::now();
     let bounces = bounce_on(problem, monitor, lights, direct, report, |bounces, report| {
         let fields: Vec<&[Vec3]> = bounces.iter().map(|bounce| bounce.as_slice()).collect();
-        let pass = Pass {
-            name: "indirect_irradiance",
-            share: &|world, receiver| world.hemisphere_points(receiver).len(),
-            function: &|world, receiver| (world.functions.indirect_irradiance)(world, receiver, &fields),
-            pace: Duration::ZERO,
-        };
-        let mut next = solve.run(&pass, &usable, &mut holes, report);
+        let mut next = indirect_pass(&fields, |pass| solve.run(pass, &usable, &mut holes, report));
         fill(problem, monitor, &solve.origins, &mut next, &buried);
         next
     });
@@ -142,8 +130,38 @@ pub(super) fn solve(
     Computed { bounces, buried }
 }
 
-impl StudentSolve<'_> {
-    fn world<'a>(&'a self, tracer: &'a dyn RayTracer) -> World<'a> {
+/// Direct light.
+pub(super) fn direct_pass() -> Pass<'static> {
+    Pass {
+        name: "direct_irradiance",
+        share: &|world, receiver| world.light_points(receiver).len(),
+        function: &|world, receiver| (world.functions.direct_irradiance)(world, receiver),
+        pace: Duration::ZERO,
+    }
+}
+
+/// The bounce after `bounces`, handed to `run`.
+pub(super) fn indirect_pass<Output>(bounces: &[&[Vec3]], run: impl FnOnce(&Pass) -> Output) -> Output {
+    run(&Pass {
+        name: "indirect_irradiance",
+        share: &|world, receiver| world.hemisphere_points(receiver).len(),
+        function: &|world, receiver| (world.functions.indirect_irradiance)(world, receiver, bounces),
+        pace: Duration::ZERO,
+    })
+}
+
+impl<'s> StudentSolve<'s> {
+    pub(super) fn new(
+        problem: &'s Problem,
+        functions: &'s Functions,
+        monitor: &'s Monitor,
+        lights: &'s Lights,
+    ) -> Self {
+        let origins = VertexOrigins::new(&problem.tessellation);
+        Self { problem, functions, monitor, lights, origins, faults: Mutex::default() }
+    }
+
+    pub(super) fn world<'a>(&'a self, tracer: &'a dyn RayTracer) -> World<'a> {
         let settings = &self.problem.settings;
         World {
             scene: &self.problem.scene,
@@ -160,15 +178,16 @@ impl StudentSolve<'_> {
 
     fn usable_origins(&self) -> Vec<Usable> {
         let vertices = 0..self.problem.tessellation.mesh.positions.len() as u32;
-        let usable = |origins: &mut Vec<SurfacePoint>, vertex| {
-            if self.monitor.is_cancelled() {
-                return 0;
-            }
-            self.origins.collect(&self.problem.scene, &self.problem.tessellation, vertex, origins);
-            let is_free = |origin: &SurfacePoint| !is_buried(&*self.problem.tracer, origin);
-            (0..).zip(origins.iter()).map(|(place, origin)| Usable::from(is_free(origin)) << place).sum()
-        };
-        vertices.into_par_iter().map_init(Vec::new, usable).collect()
+        vertices.into_par_iter().map_init(Vec::new, |origins, vertex| self.usable_at(vertex, origins)).collect()
+    }
+
+    pub(super) fn usable_at(&self, vertex: u32, origins: &mut Vec<SurfacePoint>) -> Usable {
+        if self.monitor.is_cancelled() {
+            return 0;
+        }
+        self.origins.collect(&self.problem.scene, &self.problem.tessellation, vertex, origins);
+        let is_free = |origin: &SurfacePoint| !is_buried(&*self.problem.tracer, origin);
+        (0..).zip(origins.iter()).map(|(place, origin)| Usable::from(is_free(origin)) << place).sum()
     }
 
     fn is_buried(&self, vertex: u32, usable: Usable) -> bool {
@@ -194,7 +213,13 @@ impl StudentSolve<'_> {
                     return;
                 }
                 let vertex = (task * per_task + place) as u32;
-                let found = (!*hole).then(|| self.at_vertex(pass, &world, vertex, usable[vertex as usize])).flatten();
+                let found = if *hole {
+                    None
+                } else {
+                    self.at_vertex(pass, &world, vertex, usable[vertex as usize])
+                        .inspect_err(|fault| self.tell(fault))
+                        .ok()
+                };
                 *hole = found.is_none();
                 *value = found.unwrap_or(Vec3::ZERO);
                 self.monitor.add_live(vertex as usize, found.unwrap_or(HOLE_COLOUR));
@@ -209,28 +234,19 @@ impl StudentSolve<'_> {
         field
     }
 
-    /// None if the function failed at one of the vertex's receivers.
-    fn at_vertex(&self, pass: &Pass, world: &World, vertex: u32, usable: Usable) -> Option<Vec3> {
+    /// The vertex's value, or why there is none.
+    pub(super) fn at_vertex(&self, pass: &Pass, world: &World, vertex: u32, usable: Usable) -> Result<Vec3, Fault> {
         let (mut sum, mut samples) = (Vec3::ZERO, 0);
         for receiver in self.receivers(vertex, usable) {
-            match faults::irradiance(pass.name, world, &receiver, || (pass.function)(world, &receiver)) {
-                Ok(irradiance) => {
-                    let share = faults::caught(|| (pass.share)(world, &receiver)).unwrap_or(0);
-                    sum += irradiance * share as f32;
-                    samples += share;
-                }
-                Err(fault) => {
-                    if !self.monitor.is_cancelled() {
-                        self.tell(fault);
-                    }
-                    return None;
-                }
-            }
+            let irradiance = faults::irradiance(pass.name, world, &receiver, || (pass.function)(world, &receiver))?;
+            let share = faults::caught(|| (pass.share)(world, &receiver)).unwrap_or(0);
+            sum += irradiance * share as f32;
+            samples += share;
         }
-        Some(sum / samples.max(1) as f32)
+        Ok(sum / samples.max(1) as f32)
     }
 
-    fn receivers(&self, vertex: u32, usable: Usable) -> impl Iterator<Item = Receiver> {
+    pub(super) fn receivers(&self, vertex: u32, usable: Usable) -> impl Iterator<Item = Receiver> {
         let mut points = Vec::new();
         if usable != 0 {
             self.origins.collect(&self.problem.scene, &self.problem.tessellation, vertex, &mut points);
@@ -253,11 +269,13 @@ impl StudentSolve<'_> {
         if is_unwritten && self.monitor.is_watched() && pace >= SHORTEST_PACE { pace } else { Duration::ZERO }
     }
 
-    fn tell(&self, fault: Fault) {
+    fn tell(&self, fault: &Fault) {
         let mut faults = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
-        if faults.iter().all(|known| known.function != fault.function) {
-            self.monitor.announce_fault(&fault);
-            faults.push(fault);
+        let is_known = faults.iter().any(|known| known.function == fault.function);
+        // A cancelled solve unwinds out of functions that did nothing wrong.
+        if !is_known && !self.monitor.is_cancelled() {
+            self.monitor.announce_fault(fault);
+            faults.push(fault.clone());
         }
     }
 }
