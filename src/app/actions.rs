@@ -75,6 +75,10 @@ impl App {
             Command::ResetCamera => self.camera = FlyCamera::new(&self.document.loaded.camera, &self.elements().scene),
             Command::KeepForComparison => self.other = self.results.clone(),
             Command::Screenshot => self.screenshot(),
+            Command::Check(task) => {
+                self.assignment.running = true;
+                self.loader.run(move || Ok(loader::check(task)));
+            }
             Command::Complain(text) => self.notices.say(Level::Error, text),
             about_files => self.fulfil_about_files(about_files),
         }
@@ -131,6 +135,7 @@ impl App {
                     self.other = Some(*results);
                 }
                 Ok(Done::Written(path)) => self.notices.say(Level::Note, format!("{}: saved", path.display())),
+                Ok(Done::Checked(reports, pictures)) => self.assignment.take(reports, pictures),
                 Err(error) => self.notices.say(Level::Error, format!("{error:#}")),
             }
         }

@@ -67,6 +67,8 @@ pub enum Command {
     PasteView(String),
     /// Look from where the scene's state looks.
     ResetCamera,
+    /// Test a task of the assignment, or all.
+    Check(Option<&'static str>),
     /// Tell what went wrong.
     Complain(String),
 }

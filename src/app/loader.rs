@@ -5,10 +5,16 @@ use std::{
     sync::{Arc, mpsc},
 };
 
-use super::{results::Results, solving::Elements};
+use super::{
+    results::Results,
+    solving::Elements,
+    task_pictures::{self, TaskPicture},
+};
 use crate::{
+    check::tasks::{TASKS, TaskReport, run_all},
     files::{self, loaded_scene, loaded_scene::LoadedScene},
     scene::{Scene, inspect},
+    student::FUNCTIONS,
 };
 
 /// A scene, ready to be shown.
@@ -64,6 +70,15 @@ pub fn open_solution(path: &Path, opened: &LoadedScene, scene: &Arc<Scene>) -> a
     Ok(Results::of_solution(elements, Arc::new(solution), total))
 }
 
+/// Tests one task of the assignment, or all, and draws what the samplers do.
+pub fn check(task: Option<&'static str>) -> Done {
+    let is_wanted = |name: &str| task.is_none_or(|wanted| wanted == name);
+    let reports = run_all(&FUNCTIONS, 1).into_iter().filter(|report| is_wanted(report.task)).collect();
+    let names = TASKS.iter().map(|task| task.name).filter(|name| is_wanted(name));
+    let pictures = names.filter_map(|name| Some((name, task_pictures::picture(name, &FUNCTIONS)?))).collect();
+    Done::Checked(reports, pictures)
+}
+
 /// What came of a task.
 pub enum Done {
     /// A scene was read.
@@ -74,6 +89,8 @@ pub enum Done {
     Other(Box<Results>),
     /// A file was written.
     Written(PathBuf),
+    /// Tasks of the assignment were tested.
+    Checked(Vec<TaskReport>, Vec<(&'static str, TaskPicture)>),
 }
 
 /// Runs tasks and hands over what came of them.

@@ -17,6 +17,7 @@ pub mod layout;
 mod light_handles;
 pub mod loader;
 pub mod notices;
+pub mod panel_assignment;
 mod panel_light;
 mod panel_scene;
 pub mod panel_solution;
@@ -27,6 +28,8 @@ mod plots;
 pub mod results;
 pub mod solving;
 mod status_bar;
+pub mod task_pictures;
+pub mod vertex_rays;
 mod view;
 pub mod view_settings;
 mod window;
@@ -48,6 +51,7 @@ use frame_times::FrameTimes;
 use layout::Layout;
 use loader::{Loader, OpenedScene};
 use notices::{Level, Notices};
+use panel_assignment::Assignment;
 use panel_solve::SolveStatus;
 use picked::Picked;
 use results::Results;
@@ -90,6 +94,8 @@ pub struct App {
     pub dialog: Option<FileDialog>,
     /// Where the views were drawn last.
     pub view_area: egui::Rect,
+    /// The student's functions: what their tests found.
+    pub assignment: Assignment,
     /// What was last copied by [`Command::CopyView`].
     pub copied: Option<String>,
     fields: [ViewField; 2],
@@ -130,6 +136,7 @@ impl App {
             dialog: None,
             view_area: egui::Rect::ZERO,
             copied: None,
+            assignment: Assignment::default(),
             fields: Default::default(),
             solving: None,
             loader: Loader::new(creation.egui_ctx.clone()),
@@ -202,7 +209,7 @@ impl App {
                 let header = egui::CollapsingHeader::new(egui::RichText::new(name).strong()).default_open(open);
                 header.show(ui, |ui| commands.push(contents(ui)));
             };
-        let Self { document, layout, results, other, notices, picked, .. } = self;
+        let Self { document, layout, results, other, notices, picked, assignment, .. } = self;
         let elements = results.as_ref().map_or(&document.elements, |results| &results.elements).clone();
         if picked.is_some() {
             section(ui, "Point", true, &mut |ui| {
@@ -213,6 +220,9 @@ impl App {
         section(ui, "Solver", true, &mut |ui| {
             panel_solve::ui(ui, &mut document.edit.settings);
             None
+        });
+        section(ui, "Assignment", false, &mut |ui| {
+            panel_assignment::ui(ui, assignment, &mut document.edit.settings.engine, picked.is_some())
         });
         section(ui, "View", true, &mut |ui| {
             let bounces = results.as_ref().map_or(0, |results| results.bounces.len());
@@ -242,6 +252,7 @@ impl App {
             fields: [&self.fields[0], &self.fields[1]],
             remark,
             picked: self.picked.map(|picked| (picked, self.elements())),
+            rays: self.assignment.rays.rays.as_ref().filter(|_| self.assignment.rays.show && self.picked.is_some()),
         };
         // The layout is lent out apart, as the scenery borrows from the rest.
         let mut layout = self.layout.clone();
@@ -350,6 +361,7 @@ impl eframe::App for App {
         self.frame_times.begin();
         let context = ui.ctx().clone();
         self.listen();
+        self.trace_rays_of_vertex();
         let mut commands = self.go_on(&context);
         commands.extend(self.panels_ui(ui));
         egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {

@@ -43,6 +43,15 @@ impl Picked {
         elements.scene.mesh.position(self.triangle, self.barycentric)
     }
 
+    /// The vertex of the elements that is nearest within the point's own element.
+    pub fn nearest_vertex(&self, elements: &Elements) -> u32 {
+        let (element, local) = elements.tessellation.locate(self.triangle, self.barycentric);
+        let corners = elements.tessellation.mesh.triangles[element as usize];
+        let weights = [1.0 - local.x - local.y, local.x, local.y];
+        let nearest = (0..3).max_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
+        corners[nearest]
+    }
+
     /// Draws what is known of the point. False once it is to be forgotten.
     pub fn ui(&self, ui: &mut Ui, elements: &Elements, results: Option<&Results>) -> bool {
         let scene = &elements.scene;

@@ -8,11 +8,13 @@ use super::{
     light_handles,
     picked::Picked,
     solving::Elements,
+    vertex_rays,
     view_settings::{Source, ViewField, ViewSettings},
 };
 use crate::{
     gpu::{ViewFrame, false_color, paint_callback},
     scene::AreaLight,
+    solver::one_vertex::VertexRays,
 };
 
 /// Half the width of the divider's grip, in points.
@@ -41,6 +43,8 @@ pub(super) struct Scenery<'a> {
     pub(super) remark: &'a str,
     /// The clicked point, with the elements it lies on.
     pub(super) picked: Option<(Picked, &'a Elements)>,
+    /// The rays of one vertex.
+    pub(super) rays: Option<&'a VertexRays>,
 }
 
 /// Draws one view, or two with a divider.
@@ -91,6 +95,9 @@ fn view_ui(
         gestures.light = gestures.light.or(light_handles::ui(ui, rect, &camera, &light));
     }
     let painter = ui.painter().with_clip_rect(rect);
+    if let Some(rays) = scenery.rays {
+        vertex_rays::draw(&painter, rect, &camera, rays);
+    }
     if let Some((picked, elements)) = scenery.picked
         && let Some(place) = light_handles::on_screen(rect, &camera, picked.position(elements))
     {
