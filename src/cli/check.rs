@@ -69,6 +69,9 @@ pub fn table(tasks: &[TaskReport]) -> String {
             Status::NotDone(function) => {
                 let _ = writeln!(text, "{:13}write {function}", "");
             }
+            Status::Waits(task) => {
+                let _ = writeln!(text, "{:13}first comes the task {task}", "");
+            }
             Status::Wrong(finding) => {
                 let _ = writeln!(text, "{:13}{}: {}", "", finding.function, finding.hint);
                 let _ = writeln!(text, "{:15}test      {}", "", finding.test);

@@ -46,6 +46,8 @@ pub struct Task {
     pub points: f32,
     /// Whether the points are extra ones.
     pub is_extra: bool,
+    /// The tasks that it builds on, by name: what is wrong there shows here.
+    needs: &'static [&'static str],
     tests: fn(&Trial) -> Result<(), Problem>,
     diagnose: fn(&Trial, &Failure) -> Option<String>,
 }
@@ -57,6 +59,7 @@ pub const TASKS: [Task; 6] = [
         title: "frame around a normal",
         points: 1.0,
         is_extra: false,
+        needs: &[],
         tests: basis::tests,
         diagnose: basis::diagnose,
     },
@@ -65,6 +68,7 @@ pub const TASKS: [Task; 6] = [
         title: "square to disk",
         points: 0.5,
         is_extra: false,
+        needs: &[],
         tests: disk::tests,
         diagnose: disk::diagnose,
     },
@@ -73,6 +77,7 @@ pub const TASKS: [Task; 6] = [
         title: "cosine-weighted hemisphere",
         points: 0.5,
         is_extra: false,
+        needs: &[],
         tests: hemisphere::tests,
         diagnose: hemisphere::diagnose,
     },
@@ -81,6 +86,7 @@ pub const TASKS: [Task; 6] = [
         title: "barycentric interpolation",
         points: 1.0,
         is_extra: false,
+        needs: &[],
         tests: barycentric::tests,
         diagnose: barycentric::diagnose,
     },
@@ -89,6 +95,7 @@ pub const TASKS: [Task; 6] = [
         title: "points on the area light",
         points: 2.0,
         is_extra: false,
+        needs: &[],
         tests: area_light::tests,
         diagnose: area_light::diagnose,
     },
@@ -97,6 +104,7 @@ pub const TASKS: [Task; 6] = [
         title: "Shirley-Chiu square to disk",
         points: 1.0,
         is_extra: true,
+        needs: &[],
         tests: concentric::tests,
         diagnose: concentric::diagnose,
     },
@@ -108,8 +116,11 @@ pub const TASKS: [Task; 6] = [
 pub enum Status {
     /// Every test passed.
     Done,
-    /// This function of `student` still returns its placeholder, or calls `todo!()`.
+    /// This function of `student` (or this step of one) is still to be written: it returns its placeholder, or calls
+    /// `todo!()`.
     NotDone(&'static str),
+    /// Its tests fail, and this task, which it builds on, is not done or wrong: that one comes first.
+    Waits(&'static str),
     /// A test failed.
     Wrong(Finding),
 }
@@ -147,31 +158,47 @@ pub struct TaskReport {
 }
 
 /// Runs the tests of every task. The same `seed` gives the same result; right functions pass with every seed but for
-/// one in ten thousand, by the significance of the chi-square tests.
+/// one in ten thousand, by the significance of the statistical tests.
 pub fn run_all(functions: &Functions, seed: u64) -> Vec<TaskReport> {
-    let trial = Trial { functions, seed };
-    TASKS
-        .iter()
-        .map(|task| {
-            let status = task.status(&trial);
-            let earned = if status == Status::Done { task.points } else { 0.0 };
-            let &Task { name, title, points, is_extra, .. } = task;
-            TaskReport { task: name, title, points, earned, is_extra, status }
-        })
-        .collect()
+    TASKS.iter().map(|task| run_task(task, functions, seed)).collect()
+}
+
+/// Runs the tests of one task of [`TASKS`], and if they fail those of the tasks that it builds on.
+pub fn run_task(task: &Task, functions: &Functions, seed: u64) -> TaskReport {
+    let status = task.status(&Trial { functions, seed });
+    let earned = if status == Status::Done { task.points } else { 0.0 };
+    let &Task { name, title, points, is_extra, .. } = task;
+    TaskReport { task: name, title, points, earned, is_extra, status }
+}
+
+/// The task of that name.
+pub fn task(name: &str) -> Option<&'static Task> {
+    static ALL: [Task; TASKS.len()] = TASKS;
+    ALL.iter().find(|task| task.name == name)
 }
 
 impl Task {
     fn status(&self, trial: &Trial) -> Status {
-        let tests = || (self.tests)(trial);
-        let problem = match caught(tests) {
-            Ok(Ok(())) => return Status::Done,
-            Ok(Err(problem)) => problem,
-            Err(message) => Problem::Wrong(probe::panicked(self.name, &message)),
-        };
-        match problem {
-            Problem::NotDone(function) => Status::NotDone(function),
-            Problem::Wrong(failure) => Status::Wrong(self.finding(trial, failure)),
+        let Some(problem) = self.problem(trial) else { return Status::Done };
+        let needed = self.needs.iter().filter_map(|name| task(name));
+        match (needed.filter_map(|task| task.first_unfinished(trial)).next(), problem) {
+            (Some(first), _) => Status::Waits(first),
+            (None, Problem::NotDone(function)) => Status::NotDone(function),
+            (None, Problem::Wrong(failure)) => Status::Wrong(self.finding(trial, failure)),
+        }
+    }
+
+    /// The first of this task and those that it builds on that is not done.
+    fn first_unfinished(&self, trial: &Trial) -> Option<&'static str> {
+        self.problem(trial)?;
+        let mut needed = self.needs.iter().filter_map(|name| task(name));
+        Some(needed.find_map(|task| task.first_unfinished(trial)).unwrap_or(self.name))
+    }
+
+    fn problem(&self, trial: &Trial) -> Option<Problem> {
+        match caught(|| (self.tests)(trial)) {
+            Ok(result) => result.err(),
+            Err(message) => Some(Problem::Wrong(probe::panicked(self.name, &message))),
         }
     }
 
@@ -190,7 +217,7 @@ impl Display for Status {
     fn fmt(&self, formatter: &mut Formatter) -> fmt::Result {
         formatter.pad(match self {
             Self::Done => "done",
-            Self::NotDone(_) => "not done",
+            Self::NotDone(_) | Self::Waits(_) => "not done",
             Self::Wrong(_) => "wrong",
         })
     }
