@@ -152,6 +152,7 @@ impl App {
                     self.notices.say(Level::Error, problem);
                     ended = true;
                 }
+                SolveEvent::Remark(remark) => self.notices.say(Level::Warning, remark),
                 SolveEvent::Fault(fault) => self.notices.say(Level::Error, format!("src/student: {fault}")),
                 event => {
                     ended |= matches!(event, SolveEvent::Finished { .. });

@@ -11,7 +11,7 @@ use super::{
     task_pictures::{self, TaskPicture},
 };
 use crate::{
-    check::tasks::{TASKS, TaskReport, run_all},
+    check::tasks::{TASKS, Task, TaskReport, run_task},
     files::{self, loaded_scene, loaded_scene::LoadedScene},
     scene::{Scene, inspect},
     student::FUNCTIONS,
@@ -72,10 +72,10 @@ pub fn open_solution(path: &Path, opened: &LoadedScene, scene: &Arc<Scene>) -> a
 
 /// Tests one task of the assignment, or all, and draws what the samplers do.
 pub fn check(task: Option<&'static str>) -> Done {
-    let is_wanted = |name: &str| task.is_none_or(|wanted| wanted == name);
-    let reports = run_all(&FUNCTIONS, 1).into_iter().filter(|report| is_wanted(report.task)).collect();
-    let names = TASKS.iter().map(|task| task.name).filter(|name| is_wanted(name));
-    let pictures = names.filter_map(|name| Some((name, task_pictures::picture(name, &FUNCTIONS)?))).collect();
+    let wanted = || TASKS.iter().filter(|known| task.is_none_or(|name| name == known.name));
+    let reports = wanted().map(|task| run_task(task, &FUNCTIONS, 1)).collect();
+    let picture = |task: &Task| Some((task.name, task_pictures::picture(task.name, &FUNCTIONS)?));
+    let pictures = wanted().filter_map(picture).collect();
     Done::Checked(reports, pictures)
 }
 

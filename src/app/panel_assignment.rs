@@ -101,6 +101,7 @@ fn status(report: Option<&TaskReport>) -> (&'static str, Color32) {
     match report.map(|report| &report.status) {
         None => ("not tested", Color32::GRAY),
         Some(Status::Done) => ("done", Color32::from_rgb(90, 200, 100)),
+        Some(Status::Waits(_)) => ("waits", Color32::from_rgb(240, 190, 80)),
         Some(Status::NotDone(_)) => ("not done", Color32::from_rgb(240, 190, 80)),
         Some(Status::Wrong(_)) => ("wrong", Color32::from_rgb(235, 90, 80)),
     }
@@ -111,6 +112,9 @@ fn finding_ui(ui: &mut Ui, report: &TaskReport) {
         Status::Done => {}
         Status::NotDone(function) => {
             ui.label(RichText::new(format!("{}: write {function}", report.task)).small());
+        }
+        Status::Waits(task) => {
+            ui.label(RichText::new(format!("{}: {task} comes first", report.task)).small());
         }
         Status::Wrong(finding) => {
             egui::CollapsingHeader::new(format!("{}: {}", report.task, finding.function)).default_open(true).show(

@@ -87,7 +87,7 @@ impl Results {
                 self.solution = Some(solution);
                 self.report = Some(report);
             }
-            SolveEvent::Started(_) | SolveEvent::Fault(_) | SolveEvent::Failed(_) => {}
+            SolveEvent::Started(_) | SolveEvent::Remark(_) | SolveEvent::Fault(_) | SolveEvent::Failed(_) => {}
         }
     }
 

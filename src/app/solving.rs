@@ -93,6 +93,8 @@ pub enum SolveEvent {
         /// Seconds since the start.
         seconds: f64,
     },
+    /// Something to be said before it begins.
+    Remark(&'static str),
     /// A student's function failed, for the first time.
     Fault(Fault),
     /// It has ended: complete, or cancelled with what it had.
@@ -223,6 +225,9 @@ impl Work {
                 settings: self.input.settings.clone(),
             };
             self.send(SolveEvent::Started(elements));
+            if let Some(remark) = problem.remark() {
+                self.send(SolveEvent::Remark(remark));
+            }
             Job::start(problem, 0).map_err(|error| format!("the solver's threads could not be started: {error}"))
         });
         match job {

@@ -163,6 +163,9 @@ pub fn solve_with_progress(
         light,
         settings,
     };
+    if let Some(remark) = problem.remark() {
+        eprintln!("warning: {remark}");
+    }
     let job = Job::start(problem, threads).context("the solver's threads could not be started")?;
     cancel_on_interrupt(&job);
     let mut progress = Progress::new(quiet);

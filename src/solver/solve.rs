@@ -5,22 +5,22 @@ use std::{sync::Arc, time::Instant};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "reference")]
+use super::gather;
 use super::{
     buried::fill_buried,
     energy::{Ledger, VertexWeights},
     faults::Fault,
     monitor::{Monitor, Stage},
-    settings::SolveSettings,
+    settings::{Engine, SolveSettings},
     solution::{Solution, SolutionInfo},
     student_engine,
 };
-#[cfg(feature = "reference")]
-use super::{gather, settings::Engine};
 use crate::{
     scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState},
     student::{FUNCTIONS, Functions},
     trace::RayTracer,
-    transport::{Lights, VertexOrigins},
+    transport::{Lights, VertexOrigins, lights::Emitters},
 };
 
 /// What is to be solved.
@@ -38,6 +38,17 @@ pub struct Problem {
     pub light: Option<AreaLightState>,
     /// The settings.
     pub settings: SolveSettings,
+}
+
+impl Problem {
+    /// What should be said before it is solved, if anything.
+    pub fn remark(&self) -> Option<&'static str> {
+        let has_emitters = || self.scene.emissive_triangles().next().is_some();
+        (self.settings.engine == Engine::Student && has_emitters()).then_some(
+            "src/student lights a scene by the placed area light alone: its emissive materials give no light with \
+             the engine `student`",
+        )
+    }
 }
 
 /// What a solve did, for reports.
@@ -93,7 +104,10 @@ pub fn solve(problem: &Problem, monitor: &Monitor) -> (Solution, SolveReport) {
 pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -> (Solution, SolveReport) {
     let started = Instant::now();
     let scene = &problem.scene;
-    let lights = Lights::new(scene, problem.light.map(|light| light.to_local(&scene.frame)));
+    let mut lights = Lights::new(scene, problem.light.map(|light| light.to_local(&scene.frame)));
+    if problem.settings.engine == Engine::Student {
+        lights.emitters = Emitters::default();
+    }
     let emitted = lights.emitted_power(scene).as_dvec3() * scene.frame.square_metres_per_unit();
     let mut report = SolveReport::new(Ledger::new(emitted));
     let Computed { bounces, buried } = match problem.settings.engine {

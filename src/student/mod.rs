@@ -48,6 +48,9 @@ pub use warp::{
 };
 pub use world::{Receiver, SurfaceHit, World};
 
+/// From a texture's size, its texels and texture coordinates to a colour.
+pub type SampleTexture = fn((u32, u32), &[[u8; 4]], Vec2) -> Vec3;
+
 /// One version of every function of the assignment. What each must do is written at the function of the same name in
 /// this module.
 #[derive(Clone, Copy, Debug)]
@@ -77,7 +80,7 @@ pub struct Functions {
     /// See [`interpolate_barycentric`].
     pub interpolate_barycentric: fn([Vec3; 3], Vec2) -> Vec3,
     /// See [`sample_texture`].
-    pub sample_texture: fn((u32, u32), &[[u8; 4]], Vec2) -> Vec3,
+    pub sample_texture: SampleTexture,
     /// See [`surface_reflectance`].
     pub surface_reflectance: fn(&World, &SurfaceHit) -> Vec3,
     /// See [`direct_irradiance`].
