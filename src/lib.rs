@@ -1,5 +1,6 @@
 #![doc = include_str!("ARCHITECTURE.md")]
 
+pub mod lightmap;
 pub mod math;
 
 pub mod scene;

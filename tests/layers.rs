@@ -3,11 +3,24 @@
 
 use std::path::{Path, PathBuf};
 
-const LAYERS: [&str; 12] =
-    ["math", "scene", "trace", "student", "transport", "solver", "render", "check", "files", "gpu", "app", "cli"];
+const LAYERS: [&str; 13] = [
+    "math",
+    "scene",
+    "trace",
+    "lightmap",
+    "student",
+    "transport",
+    "solver",
+    "render",
+    "check",
+    "files",
+    "gpu",
+    "app",
+    "cli",
+];
 
 /// All that the passes on the graphics card know of.
-const GPU_MAY_USE: [&str; 4] = ["math", "scene", "student", "gpu"];
+const GPU_MAY_USE: [&str; 5] = ["math", "scene", "lightmap", "student", "gpu"];
 
 fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
