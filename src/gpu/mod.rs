@@ -15,6 +15,7 @@ pub mod false_color;
 pub mod frame;
 pub mod geometry;
 pub mod light_view;
+pub mod lightmap;
 pub mod mesh_buffers;
 pub mod mesh_view;
 pub mod projection;

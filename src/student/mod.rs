@@ -7,6 +7,7 @@
 //! | --- | --- | --- |
 //! | [`basis`] | a frame around a normal | turns the directions of eq. 4 |
 //! | [`warp`] | square to disk to hemisphere | eq. 4 |
+//! | [`hemicube`] | weights of a hemicube's pixels | eq. 8 |
 //! | [`light`] | points on the area light | eq. 3 |
 //! | [`barycentric`] | values between the corners of a triangle | eq. 4 |
 //! | [`texture`] | the colour of a texel | eq. 4 |
@@ -23,6 +24,7 @@
 
 pub mod barycentric;
 pub mod basis;
+pub mod hemicube;
 pub mod irradiance;
 pub mod light;
 pub mod placeholder;
@@ -37,6 +39,7 @@ use crate::scene::AreaLight;
 
 pub use barycentric::interpolate_barycentric;
 pub use basis::form_basis;
+pub use hemicube::{HemicubeFace, delta_form_factor};
 pub use irradiance::{direct_irradiance, indirect_irradiance, surface_reflectance};
 pub use light::{LightSample, area_light_inverse, sample_area_light};
 pub use placeholder::PLACEHOLDERS;

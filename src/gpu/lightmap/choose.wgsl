@@ -1,0 +1,128 @@
+// Which groups shoot next: those of the most unshot power, found by reduction over tiles of 256 groups.
+// Group 0: settings, receivers, groups, unshot radiosity, power by group, best of each tile, chosen, shooters.
+
+@group(0) @binding(0) var<uniform> settings: Settings;
+@group(0) @binding(1) var<storage, read> receivers: array<Receiver>;
+@group(0) @binding(2) var<storage, read> groups: array<Group>;
+@group(0) @binding(3) var<storage, read_write> unshot: array<vec4f>;
+@group(0) @binding(4) var<storage, read_write> power: array<f32>;
+@group(0) @binding(5) var<storage, read_write> best_of_tile: array<Best>;
+@group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
+@group(0) @binding(7) var<storage, read_write> shooters: array<Shooter>;
+
+struct Best {
+    power: f32,
+    group: u32,
+}
+
+const NO_GROUP: u32 = 0xffffffffu;
+
+var<workgroup> candidates: array<Best, 256>;
+var<workgroup> sums: array<vec3f, 256>;
+
+// The better of two: equal powers go to the lower number, so that every device chooses alike.
+fn better(a: Best, b: Best) -> Best {
+    if b.power > a.power || (b.power == a.power && b.group < a.group) {
+        return b;
+    }
+    return a;
+}
+
+fn reduce_candidates(local: u32) {
+    for (var half = 128u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            candidates[local] = better(candidates[local], candidates[local + half]);
+        }
+    }
+    workgroupBarrier();
+}
+
+@compute @workgroup_size(256)
+fn find_power(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(workgroup_id) tile: vec3u,
+) {
+    candidates[local] = Best(0.0, NO_GROUP);
+    if id.x < settings.group_count {
+        let group = groups[id.x];
+        var sum = 0.0;
+        for (var index = group.first; index < group.first + group.count; index++) {
+            let radiosity = unshot[index];
+            sum += (radiosity.x + radiosity.y + radiosity.z) * receivers[index].area;
+        }
+        power[id.x] = sum;
+        candidates[local] = Best(sum, id.x);
+    }
+    reduce_candidates(local);
+    if local == 0u {
+        best_of_tile[tile.x] = candidates[0];
+    }
+}
+
+@compute @workgroup_size(256)
+fn choose(@builtin(local_invocation_index) local: u32) {
+    let tile_count = (settings.group_count + 255u) / 256u;
+    for (var slot = 0u; slot < settings.slot_count; slot++) {
+        var best = Best(0.0, NO_GROUP);
+        for (var tile = local; tile < tile_count; tile += 256u) {
+            best = better(best, best_of_tile[tile]);
+        }
+        candidates[local] = best;
+        reduce_candidates(local);
+        let found = candidates[0];
+        workgroupBarrier();
+        // Its tile looks again, without it.
+        let tile = select(0u, found.group / 256u, found.power > 0.0);
+        let mine = tile * 256u + local;
+        candidates[local] = Best(0.0, NO_GROUP);
+        if mine < settings.group_count && mine != found.group {
+            candidates[local] = Best(power[mine], mine);
+        }
+        if mine == found.group {
+            power[mine] = 0.0;
+        }
+        reduce_candidates(local);
+        if local == 0u {
+            best_of_tile[tile] = candidates[0];
+            chosen[slot] = select(NO_GROUP, found.group, found.power > 0.0);
+        }
+        storageBarrier();
+        workgroupBarrier();
+    }
+}
+
+// One workgroup a slot: the chosen group's unshot power becomes the shooter's, and the group's is spent.
+@compute @workgroup_size(256)
+fn take(@builtin(workgroup_id) slot: vec3u, @builtin(local_invocation_index) local: u32) {
+    let index = chosen[slot.x];
+    let is_used = index != NO_GROUP;
+    let group = groups[select(index, 0u, !is_used)];
+    var sum = vec3f(0.0);
+    if is_used {
+        for (var texel = group.first + local; texel < group.first + group.count; texel += 256u) {
+            sum += unshot[texel].xyz * receivers[texel].area;
+            unshot[texel] = vec4f(0.0);
+        }
+    }
+    sums[local] = sum;
+    for (var half = 128u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            sums[local] += sums[local + half];
+        }
+    }
+    if local == 0u {
+        var shooter: Shooter;
+        shooter.centre = group.centre;
+        shooter.area = select(0.0, group.area, is_used);
+        shooter.origin = group.origin;
+        shooter.normal = group.normal;
+        shooter.half_u = group.half_u;
+        shooter.half_v = group.half_v;
+        shooter.tangent = group.tangent;
+        shooter.radiosity = sums[0] / group.area;
+        shooters[slot.x] = shooter;
+    }
+}

@@ -1,0 +1,206 @@
+//! The pass that draws depth on the faces of many hemicubes into one atlas.
+//!
+//! A hemicube of n pixels is a tile of n columns and 3 n rows: the top, then the upper halves of the four sides. Which
+//! shooter a tile belongs to is decided on the card: the vertex shader reads the face's matrix by instance.
+
+use glam::Vec2;
+
+use super::patches::Face;
+use crate::{
+    scene::Scene,
+    student::hemicube::{HemicubeFace, delta_form_factor},
+};
+
+/// The shader.
+pub const WGSL: &str = include_str!("hemicube.wgsl");
+
+/// Faces of a hemicube.
+pub const FACE_COUNT: u32 = 5;
+
+/// Distance of the near plane [local units]: nearer surfaces are not seen.
+pub const NEAR: f32 = 1e-4;
+
+/// The delta form factor (eq. 8) of each pixel of a tile, row by row, as the student's function has it.
+pub fn delta_form_factors(resolution: u32) -> Vec<f32> {
+    let pixel_side = 2.0 / resolution as f32;
+    let pixel = |index: u32| {
+        let (column, row) = (index % resolution, index / resolution);
+        let across = (column as f32 + 0.5) * pixel_side - 1.0;
+        if row < resolution {
+            let up = 1.0 - (row as f32 + 0.5) * pixel_side;
+            delta_form_factor(HemicubeFace::Top, Vec2::new(across, up), pixel_side * pixel_side)
+        } else {
+            let height = 1.0 - ((row - resolution) % (resolution / 2)) as f32 * pixel_side - 0.5 * pixel_side;
+            delta_form_factor(HemicubeFace::Side, Vec2::new(across, height), pixel_side * pixel_side)
+        }
+    };
+    (0..3 * resolution * resolution).map(pixel).collect()
+}
+
+/// Where tiles lie in the atlas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileLayout {
+    /// Pixels along a hemicube's top: even.
+    pub resolution: u32,
+    /// Tiles side by side.
+    pub tiles_per_row: u32,
+    /// Tiles.
+    pub slots: u32,
+}
+
+impl TileLayout {
+    /// At most `slots` tiles, as many as fit a texture of `most` pixels a side.
+    pub fn new(resolution: u32, slots: u32, most: u32) -> Self {
+        let tiles_per_row = (most / resolution).min(slots.isqrt() * 2).max(1);
+        let rows = slots.div_ceil(tiles_per_row).min(most / (3 * resolution)).max(1);
+        Self { resolution, tiles_per_row, slots: slots.min(rows * tiles_per_row) }
+    }
+
+    /// Pixels of the atlas.
+    pub fn size(&self) -> [u32; 2] {
+        let rows = self.slots.div_ceil(self.tiles_per_row);
+        [self.tiles_per_row * self.resolution, 3 * rows * self.resolution]
+    }
+
+    /// First column and row, width and height of a face.
+    pub fn viewport(&self, slot: u32, face: u32) -> [u32; 4] {
+        let (column, row) = (slot % self.tiles_per_row, slot / self.tiles_per_row);
+        let corner = [column * self.resolution, 3 * row * self.resolution];
+        let half = self.resolution / 2;
+        match face {
+            0 => [corner[0], corner[1], self.resolution, self.resolution],
+            _ => [corner[0], corner[1] + self.resolution + (face - 1) * half, self.resolution, half],
+        }
+    }
+}
+
+/// The scene's triangles as the pass draws them.
+pub struct SceneBuffers {
+    positions: wgpu::Buffer,
+    indices: wgpu::Buffer,
+    index_count: u32,
+}
+
+impl SceneBuffers {
+    /// Uploads the triangles that hide what lies behind them.
+    pub fn new(device: &wgpu::Device, scene: &Scene) -> Self {
+        let is_opaque = |triangle: &u32| {
+            let material = scene.material(*triangle);
+            material.opacity_texture.is_some() || material.opacity >= 0.5
+        };
+        let triangles = (0..scene.mesh.triangles.len() as u32).filter(is_opaque);
+        let indices: Vec<u32> = triangles.flat_map(|triangle| scene.mesh.triangles[triangle as usize]).collect();
+        let buffer = |label, bytes: &[u8], usage| {
+            wgpu::util::DeviceExt::create_buffer_init(
+                device,
+                &wgpu::util::BufferInitDescriptor { label: Some(label), contents: bytes, usage },
+            )
+        };
+        Self {
+            positions: buffer("positions", bytemuck::cast_slice(&scene.mesh.positions), wgpu::BufferUsages::VERTEX),
+            index_count: indices.len() as u32,
+            indices: buffer("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+        }
+    }
+}
+
+/// The pipeline and the atlas that it draws into.
+pub struct HemicubePass {
+    /// Where tiles lie.
+    pub layout: TileLayout,
+    /// The atlas's depth.
+    pub depth: wgpu::TextureView,
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl HemicubePass {
+    /// Makes an atlas.
+    pub fn new(device: &wgpu::Device, layout: TileLayout) -> Self {
+        let [width, height] = layout.size();
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("hemicubes"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Depth32Float,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("hemicube.wgsl"),
+            source: wgpu::ShaderSource::Wgsl(WGSL.into()),
+        });
+        let rows = wgpu::vertex_attr_array![1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
+        let position = wgpu::vertex_attr_array![0 => Float32x3];
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("hemicubes"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("to_face"),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &[("near", f64::from(NEAR))],
+                    ..wgpu::PipelineCompilationOptions::default()
+                },
+                buffers: &[
+                    Some(wgpu::VertexBufferLayout {
+                        array_stride: 12,
+                        step_mode: wgpu::VertexStepMode::Vertex,
+                        attributes: &position,
+                    }),
+                    Some(wgpu::VertexBufferLayout {
+                        array_stride: size_of::<Face>() as u64,
+                        step_mode: wgpu::VertexStepMode::Instance,
+                        attributes: &rows,
+                    }),
+                ],
+            },
+            primitive: wgpu::PrimitiveState::default(), // both sides of a surface hide
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: wgpu::TextureFormat::Depth32Float,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Greater),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: None,
+            multiview_mask: None,
+            cache: None,
+        });
+        Self { layout, depth: texture.create_view(&wgpu::TextureViewDescriptor::default()), pipeline }
+    }
+
+    /// Draws the first `slot_count` hemicubes with the matrices in `faces`.
+    pub fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &SceneBuffers,
+        faces: &wgpu::Buffer,
+        slot_count: u32,
+    ) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("hemicubes"),
+            color_attachments: &[],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_vertex_buffer(0, scene.positions.slice(..));
+        pass.set_vertex_buffer(1, faces.slice(..));
+        pass.set_index_buffer(scene.indices.slice(..), wgpu::IndexFormat::Uint32);
+        for instance in 0..slot_count * FACE_COUNT {
+            let [x, y, width, height] = self.layout.viewport(instance / FACE_COUNT, instance % FACE_COUNT);
+            pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+            pass.set_scissor_rect(x, y, width, height);
+            pass.draw_indexed(0..scene.index_count, 0, instance..instance + 1);
+        }
+    }
+}

@@ -1,0 +1,94 @@
+// Where the power went. Group 0: settings, shooters, sums of power by workgroup of `receive`, weights of a hemicube's
+// pixels (eq. 8), power that left the scene by shooter, the ledger, depth of the hemicubes.
+
+@group(0) @binding(0) var<uniform> settings: Settings;
+@group(0) @binding(1) var<storage, read> shooters: array<Shooter>;
+@group(0) @binding(2) var<storage, read> sums: array<PowerSums>;
+@group(0) @binding(3) var<storage, read> delta_form_factors: array<f32>;
+@group(0) @binding(4) var<storage, read_write> escaped: array<vec4f>;
+@group(0) @binding(5) var<storage, read_write> ledger: Ledger;
+@group(0) @binding(6) var depth: texture_depth_2d;
+
+struct PowerSums {
+    arrived: vec3f,
+    spare: f32,
+    reflected: vec3f,
+    spare_too: f32,
+    unshot: vec3f,
+    spare_three: f32,
+}
+
+struct Ledger {
+    // Since the start.
+    arrived: vec3f,
+    shooters: u32,
+    reflected: vec3f,
+    spare: f32,
+    escaped: vec3f,
+    spare_too: f32,
+    // Now.
+    unshot: vec3f,
+    spare_three: f32,
+}
+
+var<workgroup> parts: array<f32, 256>;
+var<workgroup> totals: array<Ledger, 256>;
+
+// One workgroup a shooter: the power through pixels that show nothing.
+@compute @workgroup_size(256)
+fn find_escaped(@builtin(workgroup_id) slot: vec3u, @builtin(local_invocation_index) local: u32) {
+    let corner = tile_corner(slot.x, settings);
+    let pixels = 3u * settings.resolution * settings.resolution;
+    var part = 0.0;
+    for (var pixel = local; pixel < pixels; pixel += 256u) {
+        let place = corner + vec2u(pixel % settings.resolution, pixel / settings.resolution);
+        if textureLoad(depth, place, 0) == 0.0 {
+            part += delta_form_factors[pixel];
+        }
+    }
+    parts[local] = part;
+    for (var half = 128u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            parts[local] += parts[local + half];
+        }
+    }
+    if local == 0u {
+        let shooter = shooters[slot.x];
+        escaped[slot.x] = vec4f(parts[0] * shooter.area * shooter.radiosity, 0.0);
+    }
+}
+
+@compute @workgroup_size(256)
+fn add_up(@builtin(local_invocation_index) local: u32) {
+    var mine: Ledger;
+    let group_count = (settings.receiver_count + 63u) / 64u;
+    for (var group = local; group < group_count; group += 256u) {
+        let part = sums[group];
+        mine.arrived += part.arrived;
+        mine.reflected += part.reflected;
+        mine.unshot += part.unshot;
+    }
+    for (var slot = local; slot < settings.slot_count; slot += 256u) {
+        mine.escaped += escaped[slot].xyz;
+        mine.shooters += select(0u, 1u, shooters[slot].area > 0.0);
+    }
+    totals[local] = mine;
+    for (var half = 128u; half > 0u; half /= 2u) {
+        workgroupBarrier();
+        if local < half {
+            totals[local].arrived += totals[local + half].arrived;
+            totals[local].reflected += totals[local + half].reflected;
+            totals[local].escaped += totals[local + half].escaped;
+            totals[local].unshot += totals[local + half].unshot;
+            totals[local].shooters += totals[local + half].shooters;
+        }
+    }
+    if local == 0u {
+        ledger.arrived += totals[0].arrived;
+        ledger.reflected += totals[0].reflected;
+        ledger.escaped += totals[0].escaped;
+        ledger.shooters += totals[0].shooters;
+        ledger.unshot = totals[0].unshot;
+    }
+}

@@ -1,0 +1,17 @@
+//! Radiosity on the graphics card: progressive refinement (Cohen, Chen, Wallace and Greenberg 1988) over the texels of
+//! a lightmap.
+//!
+//! A batch of shooters at a time: the lights first, then the groups of texels with the most unshot power, which the card
+//! itself chooses (`choose.wgsl`). Each shooter's hemicube is drawn into one atlas of depth ([`hemicube`]); every texel
+//! then receives from all shooters of the batch (`receive.wgsl`): the form factor to a parallelogram, exact where it is
+//! near, times the part that is seen. Of all this only the ledger is read back.
+//!
+//! [`solver`] is the only file that knows the order of the passes.
+
+pub mod hemicube;
+pub mod patches;
+pub mod settings;
+pub mod solver;
+
+pub use settings::GpuSettings;
+pub use solver::{GpuLedger, GpuSolver};

@@ -1,0 +1,73 @@
+//! The settings of a solve on the graphics card: one struct for the flags, the state file and the window.
+
+use clap::Args;
+use serde::{Deserialize, Serialize};
+
+/// Everything that a solve on the card depends on besides the scene, the light and the lightmap.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct GpuSettings {
+    /// Stop when this fraction of the emitted power is still unabsorbed.
+    #[arg(long, value_name = "FRACTION", default_value_t = GpuSettings::default().unabsorbed)]
+    pub unabsorbed: f32,
+    /// Texels along the side of a group that shoots as one: 1, 2, 4, 8 or 16.
+    #[arg(long, value_name = "TEXELS", default_value_t = GpuSettings::default().group)]
+    pub group: u32,
+    /// Pixels along a group's hemicube: even, 16 to 512.
+    #[arg(long, value_name = "PIXELS", default_value_t = GpuSettings::default().hemicube)]
+    pub hemicube: u32,
+    /// Pixels along a light's hemicube: even, 16 to 1024.
+    #[arg(long, value_name = "PIXELS", default_value_t = GpuSettings::default().light_hemicube)]
+    pub light_hemicube: u32,
+    /// The placed area light is cut into this many shooters along each side.
+    #[arg(long, value_name = "N", default_value_t = GpuSettings::default().light_side)]
+    pub light_side: u32,
+    /// How far behind a hemicube's depth a texel may lie and be seen, in pixels.
+    #[arg(long, value_name = "PIXELS", default_value_t = GpuSettings::default().bias)]
+    pub bias: f32,
+    /// The nearest pixel of a hemicube decides what is seen; otherwise the four around, weighted (percentage-closer filtering).
+    #[arg(long)]
+    pub no_filter: bool,
+    /// Shooters in one submission to the card; 0 chooses as many as take about a twentieth of a second.
+    #[arg(long, value_name = "N", default_value_t = GpuSettings::default().batch)]
+    pub batch: u32,
+}
+
+impl Default for GpuSettings {
+    fn default() -> Self {
+        Self {
+            unabsorbed: 0.01,
+            group: 4,
+            hemicube: 64,
+            light_hemicube: 256,
+            light_side: 8,
+            bias: 0.5,
+            no_filter: false,
+            batch: 0,
+        }
+    }
+}
+
+impl GpuSettings {
+    /// What is wrong with the settings, if anything.
+    pub fn problem(&self) -> Option<String> {
+        if !(self.unabsorbed > 0.0 && self.unabsorbed < 1.0) {
+            return Some(format!("unabsorbed must lie between 0 and 1, not be {}", self.unabsorbed));
+        }
+        if !(self.group.is_power_of_two() && self.group <= 16) {
+            return Some(format!("group must be 1, 2, 4, 8 or 16 texels, not {}", self.group));
+        }
+        for (name, pixels, most) in [("hemicube", self.hemicube, 512), ("light-hemicube", self.light_hemicube, 1024)] {
+            if !(16..=most).contains(&pixels) || pixels % 2 != 0 {
+                return Some(format!("{name} must be an even number of pixels from 16 to {most}, not {pixels}"));
+            }
+        }
+        if !(1..=32).contains(&self.light_side) {
+            return Some(format!("light-side must lie between 1 and 32, not be {}", self.light_side));
+        }
+        if !(0.0..=8.0).contains(&self.bias) {
+            return Some(format!("bias must lie between 0 and 8 pixels, not be {}", self.bias));
+        }
+        None
+    }
+}
