@@ -4,21 +4,23 @@
 
 mod common;
 
-use std::{sync::Arc, time::Instant};
+use std::{f32::consts::PI, sync::Arc, time::Instant};
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use radiosity::{
     check::{
+        closed_form::polygon_irradiance,
         metrics::{Field, FieldErrors, field_errors},
-        surface_points::locate,
+        surface_points::{area_uniform_points, locate},
     },
     gpu::{
         device,
-        lightmap::{GpuSettings, GpuSolver},
+        lightmap::{GpuSolver, hemicube},
     },
-    lightmap::{Atlas, LightmapSettings, pages_of},
-    scene::{AreaLight, Scene},
-    trace::Tracer,
+    lightmap::{Atlas, GpuSettings, LightmapSettings, pages_of},
+    scene::{AreaLight, LoadOptions, Scene, area_light::AreaLightState, builtin, load},
+    solver::SolveSettings,
+    trace::{Ray, RayTracer as _, Tracer},
 };
 
 fn card() -> (wgpu::Device, wgpu::Queue) {
@@ -52,8 +54,252 @@ fn solver(scene: &Arc<Scene>, atlas: &Atlas, light: Option<AreaLight>, settings:
     GpuSolver::new((&device, &queue), scene, atlas, light.as_ref(), settings).unwrap()
 }
 
+/// Steps until the stop rule holds.
+fn solved(mut solver: GpuSolver) -> GpuSolver {
+    while !solver.is_done() {
+        solver.step().unwrap();
+    }
+    solver
+}
+
+fn atlas_of(scene: &Arc<Scene>, settings: &LightmapSettings) -> Atlas {
+    Atlas::new(scene, &Tracer::new(Arc::clone(scene)), settings, &|_, _| true).unwrap().unwrap()
+}
+
+fn from_obj(obj: &str, mtl: &str) -> Arc<Scene> {
+    Arc::new(load::load_from_memory("test", obj, mtl, &LoadOptions::default()).unwrap())
+}
+
+fn texels(count: u32) -> LightmapSettings {
+    LightmapSettings { texels: count, ..LightmapSettings::default() }
+}
+
+/// Mean over all texels by open area.
+fn mean(atlas: &Atlas, field: &[Vec3]) -> Vec3 {
+    let area: f32 = atlas.texels.iter().map(|texel| texel.open_area()).sum();
+    atlas.texels.iter().zip(field).map(|(texel, value)| texel.open_area() * *value).sum::<Vec3>() / area
+}
+
 #[test]
-fn experiment() {
+fn delta_form_factors_of_a_hemicube_sum_to_one() {
+    // A patch's form factors to everything around it are 1 (eq. 8); the sum over pixel middles converges with 1/n².
+    for resolution in [16, 64, 128, 256] {
+        let tolerance = 0.6 / f64::from(resolution * resolution) + 1e-6;
+        let weights = hemicube::delta_form_factors(resolution);
+        let sum: f64 = weights.iter().map(|weight| f64::from(*weight)).sum();
+        assert!((sum - 1.0).abs() < tolerance, "{resolution} pixels: {sum}");
+        // The top has the form factor of a square of side 2 at height 1 above the middle of it (eq. 6): 0.5541.
+        let top: f64 = weights[..(resolution * resolution) as usize].iter().map(|weight| f64::from(*weight)).sum();
+        let corners = [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, y)| Vec3::new(x, y, 1.0));
+        let expected = f64::from(polygon_irradiance(Vec3::ZERO, Vec3::Z, &corners, Vec3::ONE / PI).x);
+        assert!((top - expected).abs() < tolerance, "{resolution} pixels: {top}, not {expected}");
+    }
+}
+
+/// A closed box of 1 × 1.2 × 1.4 m, every wall of reflectance `reflectance` and emission π [W/m²].
+fn furnace(reflectance: f32) -> Arc<Scene> {
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1.2 0\nv 0 1.2 0\nv 0 0 1.4\nv 1 0 1.4\nv 1 1.2 1.4\nv 0 1.2 1.4\n";
+    // Fronts inwards.
+    let faces = "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 4 3 7 8\nf 5 1 4 8\nf 2 6 7 3\n";
+    let mtl = format!("newmtl wall\nKd {0} {0} {0}\nKe 1 1 1\n", reflectance);
+    from_obj(&format!("{corners}usemtl wall\n{faces}"), &mtl)
+}
+
+#[test]
+fn a_closed_glowing_box_has_its_emission_over_one_minus_its_reflectance() {
+    // E = M + ρ M + ρ² M + ... = M / (1 - ρ) everywhere (eq. 5), whatever the box's shape.
+    for reflectance in [0.3, 0.8] {
+        let scene = furnace(reflectance);
+        let atlas = atlas_of(&scene, &texels(600));
+        let settings = GpuSettings { unabsorbed: 1e-3, group: 2, ..GpuSettings::default() };
+        let solver = solved(solver(&scene, &atlas, None, &settings));
+        let fields = solver.fields().unwrap();
+        let direct = mean(&atlas, &fields.direct) / PI;
+        assert!(direct.abs_diff_eq(Vec3::ONE, 0.004), "direct light {direct} of the emission");
+        let expected = PI / (1.0 - reflectance);
+        let total = mean(&atlas, &fields.total) / expected;
+        // What the first sum errs, all bounces together err 1 / (1 - ρ) times.
+        assert!(
+            total.abs_diff_eq(Vec3::ONE, 0.004 / (1.0 - reflectance)),
+            "reflectance {reflectance}: {total} of the closed form"
+        );
+        for (texel, value) in atlas.texels.iter().zip(&fields.total).filter(|(texel, _)| texel.open > 0.0) {
+            assert!((value.x / expected - 1.0).abs() < 0.06, "{} at {}", value.x / expected, texel.position);
+        }
+        let ledger = solver.ledger();
+        assert!(ledger.balance().abs() < 0.02 && ledger.escaped.max_element() < 1e-3 * ledger.emitted.x, "{ledger:?}");
+    }
+}
+
+/// A floor of 4 m.
+const FLOOR: &str = "v -2 0 -2\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nf 1 2 3 4\n";
+
+fn lamp(scene: &Scene) -> AreaLight {
+    let light =
+        AreaLightState { centre: [0.2, 0.6, 0.1], u: [0.3, 0.0, 0.0], v: [0.0, 0.0, 0.2], radiance: [5.0, 4.0, 3.0] };
+    light.to_local(&scene.frame)
+}
+
+#[test]
+fn a_light_over_a_floor_has_the_irradiance_of_the_closed_form() {
+    let scene = from_obj(FLOOR, "newmtl unused\n");
+    let atlas = atlas_of(&scene, &texels(2000));
+    let light = lamp(&scene);
+    let solver = solved(solver(&scene, &atlas, Some(light), &GpuSettings::default()));
+    let fields = solver.fields().unwrap();
+    for (texel, value) in atlas.texels.iter().zip(&fields.total) {
+        // Lambert's formula for the whole light (eq. 6); the light shines downwards.
+        let expected = polygon_irradiance(texel.position, texel.geometric_normal, &light.corners(), light.radiance);
+        // The 64 parts of the light are taken by their middles where they are far: at r, a side s errs by (s/r)²/3.
+        assert!(
+            value.abs_diff_eq(expected, 5e-3 * expected.x + 1e-4),
+            "{value}, not {expected}, at {}",
+            texel.position
+        );
+    }
+    // What the hemicubes see leave and what the texels absorb is all there is: the floor sees nothing else.
+    let ledger = solver.ledger();
+    assert!(ledger.balance().abs() < 2e-3, "{ledger:?}");
+    assert!(ledger.escaped.x > 0.1 * ledger.emitted.x && ledger.absorbed.x > 0.1 * ledger.emitted.x, "{ledger:?}");
+}
+
+#[test]
+fn what_stands_between_hides_the_light_as_rays_say() {
+    let blocker = "v -0.4 0.3 -0.3\nv 0.5 0.3 -0.3\nv 0.5 0.35 0.4\nv -0.4 0.3 0.4\nf 5 6 7 8\n";
+    let scene = from_obj(&format!("{FLOOR}{blocker}"), "newmtl unused\n");
+    let atlas = atlas_of(&scene, &texels(4000));
+    let (light, tracer) = (lamp(&scene), Tracer::new(Arc::clone(&scene)));
+    let settings = GpuSettings { light_side: 4, ..GpuSettings::default() };
+    let fields = solved(solver(&scene, &atlas, Some(light), &settings)).fields().unwrap();
+    let (mut shaded, mut squares, mut sum, mut count) = (0, 0.0, 0.0_f32, 0.0_f32);
+    for (texel, value) in atlas.texels.iter().zip(&fields.direct).filter(|(texel, _)| texel.triangle < 2) {
+        // The same sixteen parts of the light: each seen from its middle or not.
+        let offsets = [-0.75, -0.25, 0.25, 0.75];
+        let (u, v) = (light.half_extent_u, light.half_extent_v);
+        let parts = offsets.iter().flat_map(|x| offsets.map(|y| light.centre + *x * u + y * v));
+        let mut expected = 0.0;
+        for centre in parts {
+            let part = AreaLight { centre, half_extent_u: 0.25 * u, half_extent_v: 0.25 * v, ..light };
+            let way = centre - texel.position;
+            let ray = Ray {
+                origin: texel.position,
+                direction: way.normalize(),
+                max_distance: way.length(),
+                origin_triangle: texel.triangle,
+            };
+            if !tracer.occluded(&ray) {
+                expected += polygon_irradiance(texel.position, Vec3::Y, &part.corners(), part.radiance).x;
+            }
+        }
+        let whole = polygon_irradiance(texel.position, Vec3::Y, &light.corners(), light.radiance).x;
+        shaded += usize::from(expected < 0.5 * whole);
+        squares += (value.x - expected).powi(2);
+        sum += whole;
+        count += 1.0;
+    }
+    let error = (squares / count).sqrt() / (sum / count);
+    assert!(shaded > 100, "{shaded} texels in shadow");
+    assert!(error < 0.03, "{error}"); // a sixteenth of the light more or less at the edges of the shadow
+}
+
+#[test]
+fn a_solve_that_is_left_alone_and_goes_on_has_the_bits_of_one_that_is_not() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(1500));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let settings = GpuSettings { batch: 8, unabsorbed: 0.05, light_side: 4, ..GpuSettings::default() };
+    let whole = solved(solver(&scene, &atlas, Some(light), &settings)).fields().unwrap();
+    let mut paused = solver(&scene, &atlas, Some(light), &settings);
+    (0..5).for_each(|_| paused.step().unwrap());
+    let partial = paused.fields().unwrap();
+    assert!(mean(&atlas, &partial.total).x < mean(&atlas, &whole.total).x);
+    assert!(paused.ledger().unabsorbed() > 0.05);
+    assert_eq!(solved(paused).fields().unwrap(), whole);
+}
+
+#[test]
+fn power_is_shot_from_the_brightest_down_and_ends_where_it_was_told_to() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(1500));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let settings = GpuSettings { batch: 16, light_side: 4, unabsorbed: 0.02, ..GpuSettings::default() };
+    let mut solver = solver(&scene, &atlas, Some(light), &settings);
+    let emitted = solver.ledger().emitted;
+    // Φ = π L A: the light is 0.13 by 0.105 m.
+    assert!((emitted.x / (std::f64::consts::PI * 18.4 * 0.13 * 0.105) - 1.0).abs() < 1e-5, "{emitted}");
+    solver.step().unwrap();
+    let mut last = solver.ledger().unabsorbed();
+    let mut steps = Vec::new();
+    while !solver.is_done() {
+        solver.step().unwrap();
+        steps.push(last - solver.ledger().unabsorbed());
+        last = solver.ledger().unabsorbed();
+    }
+    assert!(steps[0] > 3.0 * steps[steps.len() - 1], "{steps:?}");
+    assert!(last <= 0.02 && last > 0.0, "{last}");
+    assert!(solver.ledger().balance().abs() < 0.01, "{:?}", solver.ledger());
+}
+
+#[test]
+fn without_light_there_is_nothing_to_shoot() {
+    let scene = from_obj(FLOOR, "newmtl unused\n");
+    let atlas = atlas_of(&scene, &texels(200));
+    let mut solver = solver(&scene, &atlas, None, &GpuSettings::default());
+    assert!(solver.is_done());
+    solver.step().unwrap();
+    let fields = solver.fields().unwrap();
+    assert!(fields.total.iter().all(|value| *value == Vec3::ZERO));
+}
+
+#[test]
+fn the_cornell_box_is_near_the_converged_field_of_the_ray_tracer() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let settings = SolveSettings { subdivide: 4, unabsorbed: 1e-4, ..SolveSettings::default() };
+    let problem = common::problem(&scene, Some(common::cornell_light()), settings);
+    let (rays, _) = common::solve_unwatched(&problem);
+    let by_rays = rays.total();
+    let atlas = atlas_of(&scene, &cornell_map());
+    let light = common::cornell_light().to_local(&scene.frame);
+    let solver = solved(solver(&scene, &atlas, Some(light), &GpuSettings::default()));
+    let pages = pages_of(&atlas.charts, &atlas.texels, &solver.fields().unwrap().total);
+    let mut is_open = vec![false; atlas.charts.pixel_count()];
+    atlas.texels.iter().for_each(|texel| is_open[texel.pixel as usize] = texel.open == 1.0);
+    // Not under the blocks or at their feet, where neither field means anything.
+    let mut points = area_uniform_points(&scene, 8192, 1);
+    points.retain(|(triangle, place)| {
+        let at = atlas.charts.map_point(*triangle, *place);
+        is_open[atlas.charts.pixel(atlas.charts.pages[*triangle as usize], at.x as u32, at.y as u32)]
+    });
+    assert!(points.len() > 7000, "{}", points.len());
+    let at = |field: &dyn Fn(u32, Vec2) -> Vec3| -> Vec<DVec3> {
+        points.iter().map(|(triangle, place)| field(*triangle, *place).as_dvec3()).collect()
+    };
+    let by_rays = at(&|triangle, place| problem.tessellation.interpolate(&by_rays, triangle, place));
+    let by_card = at(&|triangle, place| atlas.charts.interpolate(&pages, triangle, place));
+    let errors = field_errors(Field { direct: &by_card, total: &by_card }, Field { direct: &by_rays, total: &by_rays });
+    assert!(errors.lit.total.bias.abs() < 0.02, "means differ by {:.2} %", 100.0 * errors.lit.total.bias);
+    assert!(errors.lit.total.relative_l2 < 0.05, "fields differ by {:.2} %", 100.0 * errors.lit.total.relative_l2);
+}
+
+#[test]
+fn the_cornell_box_at_32_texels_a_wall_is_within_5_percent_of_the_truth() {
+    let Some(case) = common::truths::case("cornell", "cornell/cornell.obj", 1) else { return };
+    let tracer = Tracer::new(case.scene.clone());
+    let atlas = atlas_of(&case.scene, &cornell_map());
+    let light = case.light.map(|light| light.to_local(&case.scene.frame));
+    let solver = solved(solver(&case.scene, &atlas, light, &GpuSettings::default()));
+    let fields = solver.fields().unwrap();
+    let errors = errors_against(&case, &tracer, &atlas, &fields.direct, &fields.total).lit;
+    let ledger = solver.ledger();
+    println!("{ledger:?} {errors:?}");
+    assert!(errors.total.relative_l2 < 0.05, "{errors:?}");
+    assert!(errors.direct.relative_l2 < 0.015 && errors.total.bias.abs() < 0.02, "{errors:?}");
+    assert!(ledger.balance().abs() < 0.01, "{ledger:?}");
+}
+
+#[test]
+#[ignore = "a table, not a test: cargo test --release --test gpu_lightmap -- --ignored --nocapture"]
+fn table_of_settings_on_the_cornell_box() {
     let Some(case) = common::truths::case("cornell", "cornell/cornell.obj", 1) else { return };
     let tracer = Tracer::new(case.scene.clone());
     let started = Instant::now();

@@ -6,14 +6,25 @@ use std::{mem::offset_of, path::Path};
 
 use radiosity::gpu::{
     frame::{FRAME_WGSL, FrameUniforms},
+    lightmap::patches::{BatchSettings, Face, Group, LedgerSums, PATCHES_WGSL, PowerSums, Receiver, Shooter},
     mesh_view::MaterialUniforms,
 };
 use wgpu::naga::{Module, TypeInner, front::wgsl, valid};
 
-/// A shader as its pass loads it: all but the blit begin with `frame.wgsl`.
+/// A shader as its pass loads it: most begin with what they share with others.
 fn source(file: &str) -> String {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu").join(file)).unwrap();
-    if ["blit.wgsl", "frame.wgsl"].contains(&file) { text } else { format!("{FRAME_WGSL}{text}") }
+    match file {
+        "blit.wgsl" | "frame.wgsl" | "lightmap/patches.wgsl" | "lightmap/hemicube.wgsl" => text,
+        _ if file.starts_with("lightmap/") => format!("{PATCHES_WGSL}{text}"),
+        _ => format!("{FRAME_WGSL}{text}"),
+    }
+}
+
+fn shaders_in(folder: &str) -> Vec<String> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu").join(folder);
+    let names = std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.filter(|name| name.ends_with(".wgsl")).map(|name| format!("{folder}{name}")).collect()
 }
 
 fn parsed(file: &str) -> Module {
@@ -23,11 +34,9 @@ fn parsed(file: &str) -> Module {
 
 #[test]
 fn every_shader_is_valid() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu");
-    let names = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
-    let shaders: Vec<String> = names.filter(|name| name.ends_with(".wgsl")).collect();
-    assert!(shaders.len() >= 5, "only {shaders:?}");
-    for file in shaders {
+    let shaders = [shaders_in(""), shaders_in("lightmap/")];
+    assert!(shaders[0].len() >= 5 && shaders[1].len() >= 6, "only {shaders:?}");
+    for file in shaders.concat() {
         let module = parsed(&file);
         // No more than WebGPU's core: what every browser and card has.
         let mut validator = valid::Validator::new(valid::ValidationFlags::all(), valid::Capabilities::empty());
@@ -58,4 +67,37 @@ fn uniforms_have_the_same_layout_in_rust_and_in_the_shader() {
     assert_eq!(wgsl_layout("frame.wgsl", "FrameUniforms"), frame);
     let material = rust_layout!(MaterialUniforms: reflectance, opacity, emitted_radiance, largest_texel);
     assert_eq!(wgsl_layout("mesh_view.wgsl", "MaterialUniforms"), material);
+}
+
+#[test]
+fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders() {
+    let patches = |name| wgsl_layout("lightmap/patches.wgsl", name);
+    assert_eq!(
+        patches("Settings"),
+        rust_layout!(BatchSettings: receiver_count, group_count, slot_count, resolution, tiles_per_row, near, bias,
+            filtered)
+    );
+    assert_eq!(
+        patches("Receiver"),
+        rust_layout!(Receiver: position, area, geometric_normal, spare, shading_normal, spare_too, reflectance,
+            spare_again)
+    );
+    assert_eq!(
+        patches("Group"),
+        rust_layout!(Group: centre, area, origin, first, normal, count, half_u, chart, half_v, spare, tangent,
+            spare_too)
+    );
+    assert_eq!(
+        patches("Shooter"),
+        rust_layout!(Shooter: centre, area, origin, spare, normal, spare_too, half_u, spare_three, half_v, spare_four,
+            tangent, spare_five, radiosity, spare_six)
+    );
+    assert_eq!(patches("Face"), rust_layout!(Face: x, y, w));
+    let sums = rust_layout!(PowerSums: arrived, spare, reflected, spare_too, unshot, spare_three);
+    assert_eq!(wgsl_layout("lightmap/receive.wgsl", "PowerSums"), sums);
+    assert_eq!(wgsl_layout("lightmap/ledger.wgsl", "PowerSums"), sums);
+    assert_eq!(
+        wgsl_layout("lightmap/ledger.wgsl", "Ledger"),
+        rust_layout!(LedgerSums: arrived, shooters, reflected, spare, escaped, spare_too, unshot, spare_three)
+    );
 }

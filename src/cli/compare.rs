@@ -8,16 +8,16 @@ use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use super::{Outcome, files, scene_args::SceneArgs};
+use super::{Outcome, files::solved_field::AnySolution, solved_scene};
 use crate::{
     check::{
         metrics::{
             Agreement, ErrorSummary, Estimates, Field, FieldErrors, PartErrors, agreement, bounce_errors, field_errors,
         },
-        surface_points::locate,
+        surface_points::{area_uniform_points, locate},
         truth_file::{self, TruthFile, TruthValue},
     },
-    scene::LoadOptions,
+    scene::Scene,
     solver::Solution,
     trace::Tracer,
 };
@@ -28,11 +28,11 @@ use crate::{
 /// difference of the means over the same mean. "Lit" leaves out what is unlit, buried or beside an emitter in B.
 #[derive(Clone, Debug, Args)]
 pub struct CompareArgs {
-    /// What is judged: a solution, or a truth file (CSV).
+    /// What is judged: a solution, a lightmap, or a truth file (CSV).
     pub a: PathBuf,
-    /// What it is judged by: a solution of the same elements, or a truth file (CSV).
+    /// What it is judged by: a solution of the same elements, or of any if the scene is given; or a truth file (CSV).
     pub b: PathBuf,
-    /// The scene; needed to compare a solution with a truth file.
+    /// The scene; needed to compare a solution with a truth file, or with a solution of other elements.
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
     /// Print JSON.
@@ -56,7 +56,7 @@ pub struct Comparison {
 }
 
 enum Input {
-    Solution(Box<Solution>),
+    Solution(Box<AnySolution>),
     Truth(TruthFile),
 }
 
@@ -74,8 +74,12 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<Outcome> {
 /// Reads both files and compares them.
 pub fn compare(args: &CompareArgs) -> anyhow::Result<Comparison> {
     match (read(&args.a)?, read(&args.b)?) {
-        (Input::Solution(a), Input::Solution(b)) => compare_solutions(args, &a, &b),
-        (Input::Solution(a), Input::Truth(b)) => compare_with_truth(args, &a, &b),
+        (Input::Solution(a), Input::Solution(b)) => match (*a, *b, &args.scene) {
+            (AnySolution::Vertices(a), AnySolution::Vertices(b), None) => compare_solutions(args, &a, &b),
+            (_, _, Some(scene)) => compare_fields(args, scene),
+            _ => bail!("a lightmap is compared at points of the scene's surfaces; give --scene SCENE"),
+        },
+        (Input::Solution(_), Input::Truth(b)) => compare_with_truth(args, &b),
         (Input::Truth(a), Input::Truth(b)) => compare_truths(args, &a, &b),
         (Input::Truth(_), Input::Solution(_)) => {
             bail!("{}: the truth comes second: compare SOLUTION TRUTH", args.a.display())
@@ -88,14 +92,14 @@ fn read(path: &Path) -> anyhow::Result<Input> {
     Ok(if is_table {
         Input::Truth(truth_file::read(path)?)
     } else {
-        Input::Solution(Box::new(files::read_solution(path)?))
+        Input::Solution(Box::new(AnySolution::read(path)?))
     })
 }
 
 fn compare_solutions(args: &CompareArgs, a: &Solution, b: &Solution) -> anyhow::Result<Comparison> {
     if a.info.scene_hash != b.info.scene_hash || a.info.tessellation_hash != b.info.tessellation_hash {
         bail!(
-            "{} and {} have different scenes or elements; compare each with a truth file instead",
+            "{} and {} have different scenes or elements; give --scene SCENE to compare them at points of it",
             args.a.display(),
             args.b.display()
         );
@@ -121,23 +125,38 @@ fn compare_solutions(args: &CompareArgs, a: &Solution, b: &Solution) -> anyhow::
     })
 }
 
-fn compare_with_truth(args: &CompareArgs, solution: &Solution, truth: &TruthFile) -> anyhow::Result<Comparison> {
+/// Points of the surfaces at which fields of different elements are compared.
+const POINT_COUNT: u32 = 16_384;
+
+/// Compares two solutions of one scene, of any elements, at points of its surfaces.
+fn compare_fields(args: &CompareArgs, scene_path: &Path) -> anyhow::Result<Comparison> {
+    let (a, scene) = solved_scene::open_field(&args.a, scene_path)?;
+    let (b, _) = solved_scene::open_field(&args.b, scene_path)?;
+    let points = area_uniform_points(&scene, POINT_COUNT, 1);
+    let at = |field: &crate::files::solved_field::SolvedField| -> (Vec<DVec3>, Vec<DVec3>) {
+        let values = points.par_iter().map(|(triangle, place)| field.at(*triangle, *place));
+        values.map(|(direct, total)| (direct.as_dvec3(), total.as_dvec3())).unzip()
+    };
+    let ((direct_a, total_a), (direct_b, total_b)) = (at(&a), at(&b));
+    let errors =
+        field_errors(Field { direct: &direct_a, total: &total_a }, Field { direct: &direct_b, total: &total_b });
+    Ok(Comparison { errors, bounces: Vec::new(), off_surface: 0, agreement: None })
+}
+
+fn compare_with_truth(args: &CompareArgs, truth: &TruthFile) -> anyhow::Result<Comparison> {
     let Some(scene) = &args.scene else {
         bail!("a solution is compared with a truth file at its points, which needs the scene; give --scene SCENE");
     };
     let values = values_of(truth, &args.b)?;
-    let scene_args = SceneArgs { scene: scene.clone(), state: None, load: LoadOptions::default() };
-    let scene = scene_args.load_as_solved(&solution.info.load)?.scene;
-    let tessellation = files::elements_of(&args.a, solution, &scene)?;
+    let (field, scene): (_, std::sync::Arc<Scene>) = solved_scene::open_field(&args.a, scene)?;
     let tracer = Tracer::new(scene.clone());
-    let total = solution.total();
     let rebuilt: Vec<Option<(DVec3, DVec3)>> = truth
         .points
         .par_iter()
         .map(|point| {
             let (triangle, place) = locate(&scene, &tracer, point)?;
-            let at = |field: &[Vec3]| tessellation.interpolate(field, triangle, place).as_dvec3();
-            Some((at(solution.direct()), at(&total)))
+            let (direct, total) = field.at(triangle, place);
+            Some((direct.as_dvec3(), total.as_dvec3()))
         })
         .collect();
     let off_surface = rebuilt.iter().filter(|value| value.is_none()).count();
@@ -242,7 +261,8 @@ mod tests {
     use super::*;
     use crate::{
         check::surface_points::{area_uniform_points, truth_point},
-        scene::{Tessellation, load::load},
+        files,
+        scene::{LoadOptions, Tessellation, load::load},
         solver::{SolutionInfo, SolveSettings},
     };
 

@@ -5,8 +5,12 @@
 pub mod check;
 pub mod compare;
 pub mod demo;
+#[cfg(feature = "gpu")]
+pub mod devices;
 pub mod export;
 pub mod inspect;
+#[cfg(feature = "gpu")]
+pub mod lightmap;
 pub mod only_vertex;
 pub mod probe;
 pub mod progress;
@@ -41,6 +45,7 @@ Examples:
   radiosity window scenes/atrium/atrium.obj    open the window on a scene
   radiosity inspect scenes/atrium/atrium.obj   what is in a scene, and what was repaired
   radiosity solve cornell --subdivide 5 --rays 1024 -o cornell.safetensors
+  radiosity lightmap cornell --texels 20000 -o cornell-lightmap
   radiosity render cornell cornell.safetensors --view indirect -o indirect.png
   radiosity truth cornell --sample 256 -o truth.csv
   radiosity compare cornell.safetensors truth.csv --scene cornell
@@ -65,6 +70,12 @@ enum Command {
     Window(window::WindowArgs),
     /// Solve a scene: direct light, then bounces of gathering, per vertex.
     Solve(Box<solve::SolveArgs>),
+    /// Solve a scene on a lightmap by shooting light on the graphics card, and write the map for other programs.
+    #[cfg(feature = "gpu")]
+    Lightmap(Box<lightmap::LightmapArgs>),
+    /// List the graphics cards and drivers that were found.
+    #[cfg(feature = "gpu")]
+    Devices(devices::DevicesArgs),
     /// Draw a solution as a picture, by ray casting on the CPU.
     Render(render::RenderArgs),
     /// Read irradiance from a solution at surface points.
@@ -95,6 +106,10 @@ pub fn main() -> ExitCode {
             #[cfg(feature = "app")]
             Command::Window(args) => window::run(&args, flags),
             Command::Solve(args) => solve::run(&args, flags),
+            #[cfg(feature = "gpu")]
+            Command::Lightmap(args) => lightmap::run(&args, flags),
+            #[cfg(feature = "gpu")]
+            Command::Devices(args) => devices::run(&args),
             Command::Render(args) => render::run(&args),
             Command::Probe(args) => probe::run(&args),
             #[cfg(feature = "reference")]

@@ -17,7 +17,7 @@ use crate::{
 /// Arguments of `radiosity probe`.
 #[derive(Clone, Debug, Args)]
 pub struct ProbeArgs {
-    /// The solution.
+    /// The solution, or the lightmap.
     pub solution: PathBuf,
     /// The scene: an OBJ file or `cornell`. It is read with the options that it was solved with.
     pub scene: PathBuf,
@@ -33,18 +33,13 @@ pub struct ProbeArgs {
 /// Runs the command.
 pub fn run(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     let table = files::read_bytes(&args.points)?;
-    let solved_scene::SolvedScene { solution, loaded, tessellation } =
-        solved_scene::open_solved(&args.solution, &args.scene, None)?;
-    let scene = &loaded.scene;
+    let (field, scene) = solved_scene::open_field(&args.solution, &args.scene)?;
     let tracer = Tracer::new(scene.clone());
-    let total = solution.total();
     let irradiance_at = |position: DVec3, normal: Vec3| {
         let normal = Some(mesh::unit_or_zero(normal)).filter(|normal| *normal != Vec3::ZERO)?;
-        let (triangle, place) = locate_point(&tracer, scene, scene.frame.point_to_local(position), normal)?;
-        let (element, local) = tessellation.locate(triangle, place);
-        let corners = tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
-        let interpolated = |field: &[Vec3]| mesh::interpolate(corners.map(|vertex| field[vertex]), local);
-        Some(ProbedIrradiance { direct: interpolated(solution.direct()), total: interpolated(&total) })
+        let (triangle, place) = locate_point(&tracer, &scene, scene.frame.point_to_local(position), normal)?;
+        let (direct, total) = field.at(triangle, place);
+        Some(ProbedIrradiance { direct, total })
     };
     let mut counts = ProbeCounts::default();
     files::write_atomically(&args.output, |writer| {

@@ -1,11 +1,14 @@
 //! A solution together with the scene that it belongs to.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use super::scene_args::{LoadedScene, SceneArgs};
 use crate::{
-    files::{elements_of, read_solution},
-    scene::Tessellation,
+    files::{
+        elements_of, read_solution,
+        solved_field::{AnySolution, SolvedField},
+    },
+    scene::{Scene, Tessellation},
     solver::Solution,
 };
 
@@ -28,4 +31,13 @@ pub fn open_solved(path: &Path, scene: &Path, state: Option<&Path>) -> anyhow::R
     let loaded = scene.load_as_solved(&scene.load)?;
     let tessellation = elements_of(path, &solution, &loaded.scene)?;
     Ok(SolvedScene { solution, loaded, tessellation })
+}
+
+/// Reads a solution of either kind and its scene, for reading irradiance at points.
+pub fn open_field(path: &Path, scene: &Path) -> anyhow::Result<(SolvedField, Arc<Scene>)> {
+    let solution = AnySolution::read(path)?;
+    let load = solution.load_options().clone();
+    let scene = SceneArgs { scene: scene.to_path_buf(), state: None, load };
+    let scene = scene.load_as_solved(&scene.load)?.scene;
+    Ok((SolvedField::new(path, solution, &scene)?, scene))
 }

@@ -1,7 +1,9 @@
 //! Files in and out, for the command line and the window: whole or not at all, with errors that name the file.
 
+pub mod lightmap_export;
 pub mod loaded_scene;
 pub mod mesh_export;
+pub mod solved_field;
 
 use std::{
     fs::File,

@@ -1,24 +1,103 @@
 //! A graphics card without a window, for tests and for baking.
 
-/// A device and its queue, with the limits of WebGPU's core as far as the card has them. A software driver (lavapipe,
-/// llvmpipe) is as good as a card. The environment variable `WGPU_BACKEND` (`vulkan`, `gl`, ...) restricts the choice.
+/// A card or driver that was found.
+#[derive(Clone, Debug)]
+pub struct FoundDevice {
+    /// Name, driver, backend.
+    pub info: wgpu::AdapterInfo,
+    /// What it can do at most.
+    pub limits: wgpu::Limits,
+    /// What is missing for solving on it, if anything.
+    pub problem: Option<String>,
+    adapter: wgpu::Adapter,
+}
+
+/// All cards and drivers, in the order in which they are preferred. A software driver (lavapipe, llvmpipe) is as good as
+/// a card, but comes after it. The environment variable `WGPU_BACKEND` (`vulkan`, `gl`, ...) restricts the choice.
+pub fn devices() -> Vec<FoundDevice> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let backends = wgpu::Backends::from_env().unwrap_or(wgpu::Backends::all());
+    let adapters = pollster::block_on(instance.enumerate_adapters(backends));
+    let mut found: Vec<FoundDevice> = adapters.into_iter().map(FoundDevice::new).collect();
+    let rank = |device: &FoundDevice| {
+        let kind = match device.info.device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu | wgpu::DeviceType::Other => 2,
+            wgpu::DeviceType::Cpu => 3,
+        };
+        (device.problem.is_some(), kind, device.info.backend == wgpu::Backend::Gl)
+    };
+    found.sort_by_key(rank);
+    found
+}
+
+impl FoundDevice {
+    fn new(adapter: wgpu::Adapter) -> Self {
+        let (info, limits) = (adapter.get_info(), adapter.limits());
+        let flags = adapter.get_downlevel_capabilities().flags;
+        let has_compute = flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS);
+        let problem = if !has_compute {
+            Some("has no compute shaders")
+        } else if limits.max_storage_buffers_per_shader_stage < 8 {
+            Some("has fewer than 8 storage buffers a shader")
+        } else if limits.max_compute_invocations_per_workgroup < 256 {
+            Some("runs fewer than 256 invocations a workgroup")
+        } else {
+            None
+        };
+        Self { info, limits, problem: problem.map(String::from), adapter }
+    }
+
+    /// Opens it, with the limits of WebGPU's core as far as it has them, and its own limits of memory.
+    ///
+    /// # Errors
+    /// One line, if the driver refuses.
+    pub fn open(&self) -> Result<(wgpu::Device, wgpu::Queue), String> {
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("headless"),
+            required_limits: wgpu::Limits {
+                max_storage_buffer_binding_size: self.limits.max_storage_buffer_binding_size,
+                max_buffer_size: self.limits.max_buffer_size,
+                ..wgpu::Limits::default().or_worse_values_from(&self.limits)
+            },
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let opened = pollster::block_on(self.adapter.request_device(&descriptor));
+        opened.map_err(|error| format!("{}: the graphics driver failed: {error}", self.info.name))
+    }
+}
+
+/// The device whose name holds `name`, in any case of letters; without a name, the best that can solve.
+///
+/// # Errors
+/// One line, if there is none: what to install, or which there are.
+pub fn choose(name: Option<&str>) -> Result<FoundDevice, String> {
+    let found = devices();
+    if found.is_empty() {
+        return Err(String::from(NO_DRIVER));
+    }
+    let names: Vec<&str> = found.iter().map(|device| device.info.name.as_str()).collect();
+    let names = names.join(", ");
+    let matches =
+        |device: &&FoundDevice| name.is_none_or(|name| device.info.name.to_lowercase().contains(&name.to_lowercase()));
+    let chosen = found.iter().find(matches);
+    let chosen = chosen.ok_or_else(|| format!("no device is called {}; found: {names}", name.unwrap_or_default()))?;
+    match &chosen.problem {
+        Some(problem) => Err(format!("{} {problem}; found: {names}", chosen.info.name)),
+        None => Ok(chosen.clone()),
+    }
+}
+
+/// What to do where no driver is found.
+pub const NO_DRIVER: &str = "no graphics driver was found; a software driver will do (Debian: mesa-vulkan-drivers)";
+
+/// A device and its queue: the best there is.
 ///
 /// # Errors
 /// One line, if there is no driver at all.
 pub fn headless() -> Result<(wgpu::Device, wgpu::Queue), String> {
-    pollster::block_on(async {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
-        let options = wgpu::RequestAdapterOptions::default();
-        let adapter = instance.request_adapter(&options).await.map_err(|error| {
-            format!("no graphics driver: {error}; a software driver will do (package mesa-vulkan-drivers)")
-        })?;
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("headless"),
-            required_limits: wgpu::Limits::default().or_worse_values_from(&adapter.limits()),
-            ..wgpu::DeviceDescriptor::default()
-        };
-        adapter.request_device(&descriptor).await.map_err(|error| format!("the graphics driver failed: {error}"))
-    })
+    devices().first().ok_or_else(|| String::from(NO_DRIVER))?.open()
 }
 
 /// Reads a picture of `Rgba8Unorm` back, such as [`super::Viewer::picture`]. Waits for the card.

@@ -8,6 +8,7 @@ pub mod charts;
 pub mod coverage;
 pub mod dilate;
 mod openness;
+pub mod settings;
 pub mod texels;
 pub mod unwrap;
 
@@ -17,6 +18,7 @@ mod tests;
 
 pub use charts::Charts;
 pub use dilate::pages_of;
+pub use settings::GpuSettings;
 pub use texels::{Texel, texel_table};
 pub use unwrap::{LightmapSettings, unwrap};
 

@@ -32,9 +32,10 @@ pub struct Texel {
     pub shading_normal: Vec3,
     /// Step on the surface from a texel to the next in its row, and to the next in its column [local units].
     pub steps: [Vec3; 2],
-    /// Area of the covered part [local units²]; all texels together have the scene's.
+    /// Area that it stands for: of the covered part, and of slivers beside it [local units²]. All texels together have
+    /// the scene's.
     pub area: f32,
-    /// Share of that area that is open: 0 for a texel under an object.
+    /// Share of that area that is open: 0 for a texel under an object, and for a sliver.
     pub open: f32,
     /// Mean reflectance over the covered part.
     pub reflectance: Vec3,
@@ -90,8 +91,43 @@ pub fn texel_table(
     parts.sort_by_key(|part| part.pixel); // stable: parts of one texel stay in the order of their triangles
     let mut texels: Vec<Texel> =
         parts.chunk_by(|a, b| a.pixel == b.pixel).map(|parts| merged(scene, charts, parts)).collect();
+    give_away_slivers(charts, &mut texels);
     texels.sort_by_cached_key(|texel| (block_key(charts, texel, 0), texel.pixel));
     Some(texels)
+}
+
+/// A texel that is covered by less than this part gives its area to a neighbour, and is filled from its neighbours like
+/// a buried one: its middle lies so near a crease that nothing can be measured there.
+const SLIVER: f32 = 0.25;
+
+/// The texels are in the order of their pixels.
+fn give_away_slivers(charts: &Charts, texels: &mut [Texel]) {
+    let coverage = |texel: &Texel| texel.area / texel.steps[0].cross(texel.steps[1]).length();
+    let [width, height] = charts.page_size.map(i64::from);
+    for index in 0..texels.len() {
+        let sliver = texels[index];
+        if coverage(&sliver) >= SLIVER || sliver.area == 0.0 {
+            continue;
+        }
+        let [page, column, row] = charts.place(sliver.pixel as usize);
+        let around = (-1..=1).flat_map(|y| (-1..=1).map(move |x| (i64::from(column) + x, i64::from(row) + y)));
+        let inside = around.filter(|(x, y)| (0..width).contains(x) && (0..height).contains(y));
+        let found = inside.filter_map(|(x, y)| {
+            let pixel = charts.pixel(page, x as u32, y as u32) as u32;
+            texels.binary_search_by_key(&pixel, |texel| texel.pixel).ok()
+        });
+        let fits = |other: &usize| {
+            let texel = &texels[*other];
+            let faces_alike = texel.geometric_normal.dot(sliver.geometric_normal) > 0.8;
+            texel.chart == sliver.chart && faces_alike && texel.open > 0.0 && coverage(texel) >= SLIVER
+        };
+        let best = found.filter(fits).max_by(|a, b| coverage(&texels[*a]).total_cmp(&coverage(&texels[*b])));
+        if let Some(best) = best {
+            let (area, open) = (texels[best].area + sliver.area, texels[best].open_area() + sliver.open_area());
+            (texels[best].area, texels[best].open) = (area, open / area);
+            (texels[index].area, texels[index].open) = (0.0, 0.0);
+        }
+    }
 }
 
 /// What the texels of one block of 2^`level` texels a side have in common: page, chart, main direction of the surface,

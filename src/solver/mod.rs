@@ -6,6 +6,7 @@ pub mod faults;
 #[cfg(feature = "reference")]
 mod gather;
 pub mod job;
+pub mod lightmap_solution;
 pub mod monitor;
 pub mod one_vertex;
 pub mod settings;
@@ -16,6 +17,7 @@ pub mod state;
 pub mod student_engine;
 
 pub use job::Job;
+pub use lightmap_solution::LightmapSolution;
 pub use monitor::{Message, Monitor, Progress, Stage};
 pub use settings::{Engine, SolveSettings};
 pub use solution::{Solution, SolutionInfo};

@@ -157,13 +157,18 @@ pub fn decode(bytes: &[u8]) -> Result<Solution, SolutionFileError> {
 /// # Errors
 /// A line that names the scene of the solution and the one given.
 pub fn check_scene(info: &SolutionInfo, scene: &Scene) -> Result<(), SolutionFileError> {
+    check_scene_hash(&info.scene_name, &info.scene_hash, scene)
+}
+
+/// Refuses what was computed for a scene of another hash; `solved` is that scene's name.
+pub(super) fn check_scene_hash(solved: &str, solved_hash: &str, scene: &Scene) -> Result<(), SolutionFileError> {
     let scene_hash = scene.hash();
-    if info.scene_hash == scene_hash {
+    if solved_hash == scene_hash {
         return Ok(());
     }
     Err(SolutionFileError::OtherScene {
-        solved: info.scene_name.clone(),
-        solved_hash: short(&info.scene_hash),
+        solved: String::from(solved),
+        solved_hash: short(solved_hash),
         given: scene.name.clone(),
         given_hash: short(&scene_hash),
     })

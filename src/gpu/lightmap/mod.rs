@@ -10,8 +10,6 @@
 
 pub mod hemicube;
 pub mod patches;
-pub mod settings;
 pub mod solver;
 
-pub use settings::GpuSettings;
 pub use solver::{GpuLedger, GpuSolver};

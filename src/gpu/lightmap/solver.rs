@@ -8,10 +8,9 @@ use wgpu::util::DeviceExt as _;
 use super::{
     hemicube::{FACE_COUNT, HemicubePass, NEAR, SceneBuffers, TileLayout, delta_form_factors},
     patches::{BatchSettings, Face, LedgerSums, PATCHES_WGSL, Patches, PowerSums, Shooter},
-    settings::GpuSettings,
 };
 use crate::{
-    lightmap::Atlas,
+    lightmap::{Atlas, GpuSettings},
     scene::{AreaLight, Scene},
 };
 
@@ -175,10 +174,27 @@ impl GpuSolver {
         &self.ledger
     }
 
-    /// True once the stop rule holds: all lights have shot, and what is unabsorbed is little enough.
+    /// True once the stop rule holds: all lights have shot, and what is unabsorbed is little enough. Or once every group
+    /// has shot a hundred times on average: then texels are so coarse that they reflect what was not there.
     pub fn is_done(&self) -> bool {
         let lamps_left = self.lamps_done < self.patches.lamps.len() as u32;
-        !lamps_left && self.ledger.unabsorbed() <= f64::from(self.settings.unabsorbed)
+        let most_shooters = self.patches.lamps.len() as u64 + 100 * self.patches.groups.len() as u64;
+        let is_converged = self.ledger.unabsorbed() <= f64::from(self.settings.unabsorbed);
+        !lamps_left && (is_converged || self.ledger.shooters >= most_shooters)
+    }
+
+    /// How far the solve is, 0 to 1, by the logarithm of what is unabsorbed.
+    pub fn fraction(&self) -> f32 {
+        let unabsorbed = self.ledger.unabsorbed();
+        if unabsorbed <= 0.0 {
+            return 1.0;
+        }
+        (unabsorbed.ln() / f64::from(self.settings.unabsorbed).ln()).clamp(0.0, 1.0) as f32
+    }
+
+    /// Texels that light arrives at, groups of them that shoot as one, and shooters that the lights are cut into.
+    pub fn counts(&self) -> [usize; 3] {
+        [self.patches.receivers.len(), self.patches.groups.len(), self.patches.lamps.len()]
     }
 
     /// Shoots one batch and waits for its ledger: about a twentieth of a second.

@@ -1,0 +1,261 @@
+//! `radiosity lightmap`: a scene's lightmap, solved on the graphics card, as files for other programs.
+
+use std::{
+    path::{Path, PathBuf},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering::Relaxed},
+    },
+    time::Instant,
+};
+
+use anyhow::bail;
+use clap::{ArgMatches, Args};
+use serde::Serialize;
+
+use super::{
+    Outcome,
+    progress::Progress,
+    scene_args::{LightArgs, LoadedScene, SceneArgs},
+};
+use crate::{
+    files::lightmap_export::{SOLUTION_NAME, write_lightmap},
+    gpu::{
+        device::{self, FoundDevice},
+        lightmap::{GpuLedger, GpuSolver},
+    },
+    lightmap::{Atlas, GpuSettings, LightmapSettings, pages_of},
+    scene::area_light::AreaLightState,
+    solver::{LightmapSolution, lightmap_solution::LightmapInfo},
+    trace::Tracer,
+};
+
+/// Arguments of `radiosity lightmap`.
+#[derive(Clone, Debug, Args)]
+pub struct LightmapArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The light.
+    #[command(flatten, next_help_heading = "Area light")]
+    pub light: LightArgs,
+    /// How fine the map is.
+    #[command(flatten, next_help_heading = "Lightmap")]
+    pub map: LightmapSettings,
+    /// How it is solved.
+    #[command(flatten, next_help_heading = "Solving")]
+    pub settings: GpuSettings,
+    /// A part of the device's name, as `radiosity devices` lists it; else the best one.
+    #[arg(long, value_name = "NAME")]
+    pub device: Option<String>,
+    /// The folder that the files go to: the solution, each page as EXR and PNG, the scene as OBJ.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Print a report to standard output as JSON, and no progress.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a solve reports.
+#[derive(Clone, Debug, Serialize)]
+pub struct LightmapReport {
+    /// What was solved.
+    pub info: LightmapInfo,
+    /// The device.
+    pub device: String,
+    /// Texels along a page's sides.
+    pub page_size: [u32; 2],
+    /// Pages.
+    pub pages: u32,
+    /// Texels that light arrives at.
+    pub texels: usize,
+    /// Groups of them that shoot as one.
+    pub groups: usize,
+    /// Shooters in all.
+    pub shooters: u64,
+    /// Submissions to the device.
+    pub batches: u64,
+    /// Seconds to unwrap and measure the texels.
+    pub atlas_seconds: f64,
+    /// Seconds to solve.
+    pub solve_seconds: f64,
+    /// The longest submission, in seconds.
+    pub longest_batch_seconds: f64,
+    /// Fraction of the emitted power that is unabsorbed.
+    pub unabsorbed: f64,
+    /// Fraction that left the scene.
+    pub escaped: f64,
+    /// (absorbed + escaped + unabsorbed) / emitted - 1.
+    pub balance: f64,
+}
+
+/// Runs the command.
+pub fn run(args: &LightmapArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
+    if let Some(problem) = args.map.problem().or_else(|| args.settings.problem()) {
+        bail!("{problem}");
+    }
+    check_folder(&args.output)?;
+    let device = device::choose(args.device.as_deref()).map_err(anyhow::Error::msg)?;
+    let loaded = args.scene.load(matches)?;
+    let light = args.light.over(loaded.state.light)?;
+    let cancelled = cancelled_by_interrupt();
+    let mut progress = Progress::new(args.json);
+    let tracer = Tracer::new(Arc::clone(&loaded.scene));
+    let started = Instant::now();
+    let Some(atlas) = unwrap_with_progress(&loaded, &tracer, &args.map, &cancelled, args.json)? else {
+        eprintln!("cancelled: there is nothing to keep yet");
+        return Ok(Outcome::Cancelled);
+    };
+    let atlas_seconds = started.elapsed().as_secs_f64();
+    let started = Instant::now();
+    let opened = device.open().map_err(anyhow::Error::msg)?;
+    let local_light = light.map(|light| light.to_local(&loaded.scene.frame));
+    let solver = GpuSolver::new((&opened.0, &opened.1), &loaded.scene, &atlas, local_light.as_ref(), &args.settings);
+    let mut solver = solver.map_err(anyhow::Error::msg)?;
+    let mut longest = 0.0_f64;
+    while !solver.is_done() && !cancelled.load(Relaxed) {
+        let batch = Instant::now();
+        solver.step().map_err(anyhow::Error::msg)?;
+        longest = longest.max(batch.elapsed().as_secs_f64());
+        show(&mut progress, &solver, started);
+    }
+    let complete = solver.is_done();
+    progress.finish(if complete { "done" } else { "cancelled: what was computed is kept" });
+    let solution = solution(&loaded, args, light, &atlas, &solver, complete)?;
+    let solve_seconds = started.elapsed().as_secs_f64();
+    write_lightmap(&args.output, &loaded.scene, &solution, &loaded.tone_map)?;
+    let ledger = *solver.ledger();
+    let [texels, groups, _] = solver.counts();
+    let report = LightmapReport {
+        info: solution.info,
+        device: name(&device),
+        page_size: solution.charts.page_size,
+        pages: solution.charts.page_count,
+        texels,
+        groups,
+        shooters: ledger.shooters,
+        batches: ledger.batches,
+        atlas_seconds,
+        solve_seconds,
+        longest_batch_seconds: longest,
+        unabsorbed: ledger.unabsorbed(),
+        escaped: fraction(&ledger),
+        balance: ledger.balance(),
+    };
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&report)?);
+    } else {
+        print_summary(&report, &args.output);
+    }
+    Ok(if complete { Outcome::Done } else { Outcome::Cancelled })
+}
+
+fn fraction(ledger: &GpuLedger) -> f64 {
+    crate::math::ratio_or_zero(ledger.escaped.element_sum(), ledger.emitted.element_sum())
+}
+
+fn name(device: &FoundDevice) -> String {
+    format!("{} [{}]", device.info.name, device.info.backend)
+}
+
+/// Fails now if the files could not be written later.
+fn check_folder(folder: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)
+        .map_err(|problem| anyhow::anyhow!("{}: the folder cannot be made: {problem}", folder.display()))?;
+    super::files::check_writable(&folder.join(SOLUTION_NAME))
+}
+
+/// Set by Ctrl-C; a second one ends the program.
+fn cancelled_by_interrupt() -> Arc<AtomicBool> {
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&cancelled);
+    let installed = ctrlc::set_handler(move || {
+        if flag.swap(true, Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    if let Err(problem) = installed {
+        eprintln!("warning: Ctrl-C will end the program without keeping the result: {problem}");
+    }
+    cancelled
+}
+
+/// The atlas; `None` if it was cancelled.
+fn unwrap_with_progress(
+    loaded: &LoadedScene,
+    tracer: &Tracer,
+    map: &LightmapSettings,
+    cancelled: &AtomicBool,
+    quiet: bool,
+) -> anyhow::Result<Option<Atlas>> {
+    let progress = std::sync::Mutex::new(Progress::new(quiet));
+    let report = |stage: &str, fraction: Option<f32>| {
+        if let Ok(mut progress) = progress.lock() {
+            progress.update(fraction.unwrap_or(0.0), stage);
+        }
+        !cancelled.load(Relaxed)
+    };
+    let atlas = Atlas::new(&loaded.scene, tracer, map, &report).map_err(anyhow::Error::msg)?;
+    if let Ok(progress) = progress.into_inner() {
+        progress.finish("lightmap coordinates and texels are ready");
+    }
+    Ok(atlas)
+}
+
+fn show(progress: &mut Progress, solver: &GpuSolver, started: Instant) {
+    let (ledger, fraction) = (solver.ledger(), solver.fraction());
+    let seconds = started.elapsed().as_secs_f64();
+    let left = seconds * (1.0 / f64::from(fraction.max(1e-3)) - 1.0);
+    let text = format!(
+        "{} shooters, {:.0} a second, {left:.0} s left, {:.2} % unabsorbed",
+        ledger.shooters,
+        ledger.shooters as f64 / seconds,
+        100.0 * ledger.unabsorbed()
+    );
+    progress.update(fraction, &text);
+}
+
+fn solution(
+    loaded: &LoadedScene,
+    args: &LightmapArgs,
+    light: Option<AreaLightState>,
+    atlas: &Atlas,
+    solver: &GpuSolver,
+    complete: bool,
+) -> anyhow::Result<LightmapSolution> {
+    let fields = solver.fields().map_err(anyhow::Error::msg)?;
+    let pages = |values: &[glam::Vec3]| pages_of(&atlas.charts, &atlas.texels, values);
+    Ok(LightmapSolution {
+        info: LightmapInfo {
+            scene_name: loaded.scene.name.clone(),
+            scene_hash: loaded.scene.hash(),
+            load: loaded.load.clone(),
+            map: args.map.clone(),
+            settings: args.settings.clone(),
+            light,
+            program_version: String::from(env!("CARGO_PKG_VERSION")),
+            complete,
+        },
+        charts: atlas.charts.clone(),
+        direct: pages(&fields.direct),
+        total: pages(&fields.total),
+    })
+}
+
+fn print_summary(report: &LightmapReport, folder: &Path) {
+    let [width, height] = report.page_size;
+    println!("lightmap   {} texels on {} pages of {width} × {height}", report.texels, report.pages);
+    println!("device     {}", report.device);
+    println!("shooters   {} in {} batches; {} groups of texels", report.shooters, report.batches, report.groups);
+    println!(
+        "seconds    {:.3} atlas, {:.3} solve; the longest batch {:.3}",
+        report.atlas_seconds, report.solve_seconds, report.longest_batch_seconds
+    );
+    println!(
+        "power      {:.2} % unabsorbed, {:.2} % escaped, balance {:+.3} %",
+        100.0 * report.unabsorbed,
+        100.0 * report.escaped,
+        100.0 * report.balance
+    );
+    println!("files      {}", folder.join(SOLUTION_NAME).display());
+}
