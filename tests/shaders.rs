@@ -15,7 +15,11 @@ use wgpu::naga::{Module, TypeInner, front::wgsl, valid};
 fn source(file: &str) -> String {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu").join(file)).unwrap();
     match file {
-        "blit.wgsl" | "frame.wgsl" | "lightmap/patches.wgsl" | "lightmap/hemicube.wgsl" => text,
+        "blit.wgsl"
+        | "frame.wgsl"
+        | "lightmap/patches.wgsl"
+        | "lightmap/hemicube.wgsl"
+        | "lightmap/item_buffer.wgsl" => text,
         _ if file.starts_with("lightmap/") => format!("{PATCHES_WGSL}{text}"),
         _ => format!("{FRAME_WGSL}{text}"),
     }

@@ -8,6 +8,8 @@ pub mod demo;
 #[cfg(feature = "gpu")]
 pub mod devices;
 pub mod export;
+#[cfg(feature = "gpu")]
+pub mod form_factors;
 pub mod inspect;
 #[cfg(feature = "gpu")]
 pub mod lightmap;
@@ -73,6 +75,9 @@ enum Command {
     /// Solve a scene on a lightmap by shooting light on the graphics card, and write the map for other programs.
     #[cfg(feature = "gpu")]
     Lightmap(Box<lightmap::LightmapArgs>),
+    /// Find form factors by item buffers on the graphics card, and solve with them by Gauss-Seidel.
+    #[cfg(feature = "gpu")]
+    FormFactors(Box<form_factors::FormFactorsArgs>),
     /// List the graphics cards and drivers that were found.
     #[cfg(feature = "gpu")]
     Devices(devices::DevicesArgs),
@@ -108,6 +113,8 @@ pub fn main() -> ExitCode {
             Command::Solve(args) => solve::run(&args, flags),
             #[cfg(feature = "gpu")]
             Command::Lightmap(args) => lightmap::run(&args, flags),
+            #[cfg(feature = "gpu")]
+            Command::FormFactors(args) => form_factors::run(&args, flags),
             #[cfg(feature = "gpu")]
             Command::Devices(args) => devices::run(&args),
             Command::Render(args) => render::run(&args),

@@ -4,6 +4,7 @@ mod buried;
 pub mod energy;
 pub mod faults;
 #[cfg(feature = "reference")]
+pub mod form_factors;
 mod gather;
 pub mod job;
 pub mod lightmap_solution;

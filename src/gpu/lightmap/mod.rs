@@ -9,6 +9,7 @@
 //! [`solver`] is the only file that knows the order of the passes.
 
 pub mod hemicube;
+pub mod item_buffer;
 pub mod patches;
 pub mod solver;
 

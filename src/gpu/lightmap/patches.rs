@@ -279,7 +279,8 @@ fn of_area(half_u: Vec3, half_v: Vec3, area: f32, normal: Vec3) -> (Vec3, Vec3) 
     (0.5 * area.sqrt() * tangent, 0.5 * area.sqrt() * bitangent)
 }
 
-fn lamps_of(light: &AreaLight, side: u32) -> Vec<Shooter> {
+/// The placed light as `side`² shooters; none if it does not shine.
+pub fn lamps_of(light: &AreaLight, side: u32) -> Vec<Shooter> {
     let normal = light.normal();
     if normal == Vec3::ZERO || light.radiance.max_element() <= 0.0 {
         return Vec::new();

@@ -164,7 +164,7 @@ impl GpuSolver {
             groups,
             patches,
             lamps_done: 0,
-            batch: if settings.batch == 0 { 4 } else { settings.batch },
+            batch: if settings.batch == 0 { 1 } else { settings.batch },
             ledger: GpuLedger { emitted, unshot: emitted, ..GpuLedger::default() },
         })
     }

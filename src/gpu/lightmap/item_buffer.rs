@@ -1,0 +1,309 @@
+//! Form factors by item buffers: each patch's hemicube is drawn with the numbers of the triangles, and the weights of the
+//! pixels that show a triangle are added up (Cohen and Greenberg 1985).
+
+use glam::Vec3;
+use wgpu::util::DeviceExt as _;
+
+use super::{
+    hemicube::{FACE_COUNT, NEAR, TileLayout},
+    patches::{BatchSettings, Face, PATCHES_WGSL, Shooter},
+    solver::{FACES_WGSL, read_copy},
+};
+
+/// The shader that draws items.
+pub const ITEM_BUFFER_WGSL: &str = include_str!("item_buffer.wgsl");
+/// The shader that adds their pixels up.
+pub const ROWS_WGSL: &str = include_str!("rows.wgsl");
+
+/// Where a hemicube stands, and which way its top looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// Its middle [local units].
+    pub origin: Vec3,
+    /// Unit normal of the patch.
+    pub normal: Vec3,
+}
+
+/// One row of form factors: triangle and form factor, for all triangles that are seen, in order.
+pub type Row = Vec<(u32, f32)>;
+
+/// Hemicubes in one submission, at most.
+const MOST_SLOTS: u32 = 64;
+/// Entries of the rows of one submission, at most: 64 MiB.
+const MOST_ENTRIES: u32 = 1 << 24;
+
+/// Draws hemicubes over a list of triangles.
+pub struct ItemBuffers {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    layout: TileLayout,
+    triangle_count: u32,
+    positions: wgpu::Buffer,
+    draw: wgpu::RenderPipeline,
+    find_faces: wgpu::ComputePipeline,
+    add_pixels: wgpu::ComputePipeline,
+    settings: wgpu::Buffer,
+    shooters: wgpu::Buffer,
+    faces: wgpu::Buffer,
+    rows: wgpu::Buffer,
+    faces_group: wgpu::BindGroup,
+    rows_group: wgpu::BindGroup,
+    items: wgpu::TextureView,
+    depth: wgpu::TextureView,
+}
+
+impl ItemBuffers {
+    /// For triangles given by their corners, and hemicubes of `resolution` pixels (even) whose pixels have `weights`
+    /// (3 `resolution`² of them; see [`super::hemicube::delta_form_factors`]).
+    ///
+    /// # Errors
+    /// One line, if there are more triangles than the device can keep rows of.
+    pub fn new(
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        triangles: &[[Vec3; 3]],
+        resolution: u32,
+        weights: &[f32],
+    ) -> Result<Self, String> {
+        let triangle_count = triangles.len() as u32;
+        if triangle_count == 0 || triangle_count > MOST_ENTRIES {
+            return Err(format!("rows of {triangle_count} triangles; between 1 and {MOST_ENTRIES} are possible"));
+        }
+        let slots = (MOST_ENTRIES / triangle_count).clamp(1, MOST_SLOTS);
+        let layout = TileLayout::new(resolution, slots, device.limits().max_texture_dimension_2d.min(4096));
+        let [width, height] = layout.size();
+        let target = |format, usage| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("item buffer"),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
+                view_formats: &[],
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        };
+        let items = target(wgpu::TextureFormat::R32Uint, wgpu::TextureUsages::TEXTURE_BINDING);
+        let depth = target(wgpu::TextureFormat::Depth32Float, wgpu::TextureUsages::empty());
+        let filled = |contents: &[u8], usage| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+        };
+        let zeros = |bytes: usize, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: None,
+                size: bytes as u64,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        use wgpu::BufferUsages as Usage;
+        let slots = layout.slots as usize;
+        let settings = zeros(size_of::<BatchSettings>(), Usage::UNIFORM | Usage::COPY_DST);
+        let shooters = zeros(slots * size_of::<Shooter>(), Usage::STORAGE | Usage::COPY_DST);
+        let faces = zeros(slots * FACE_COUNT as usize * size_of::<Face>(), Usage::STORAGE | Usage::VERTEX);
+        let rows = zeros(4 * slots * triangles.len(), Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST);
+        let weights = filled(bytemuck::cast_slice(weights), Usage::STORAGE);
+        let find_faces = compute(device, FACES_WGSL, "find_faces");
+        let add_pixels = compute(device, ROWS_WGSL, "add_pixels");
+        let entry = |binding, buffer: &'_ wgpu::Buffer| (binding, buffer.clone());
+        let faces_group =
+            bind(device, &find_faces, &[entry(0, &settings), entry(1, &shooters), entry(2, &faces)], None);
+        let rows_entries = [entry(0, &settings), entry(1, &weights), entry(2, &rows)];
+        let rows_group = bind(device, &add_pixels, &rows_entries, Some(&items));
+        Ok(Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            layout,
+            triangle_count,
+            positions: filled(bytemuck::cast_slice(triangles), Usage::VERTEX),
+            draw: draw_pipeline(device),
+            find_faces,
+            add_pixels,
+            settings,
+            shooters,
+            faces,
+            rows,
+            faces_group,
+            rows_group,
+            items,
+            depth,
+        })
+    }
+
+    /// Viewpoints that [`Self::rows`] takes at once.
+    pub fn batch(&self) -> usize {
+        self.layout.slots as usize
+    }
+
+    /// The rows of some viewpoints, no more than [`Self::batch`]. Waits for the card.
+    ///
+    /// # Errors
+    /// One line, if the device was lost.
+    pub fn rows(&self, viewpoints: &[Viewpoint]) -> Result<Vec<Row>, String> {
+        let slots = viewpoints.len().min(self.batch());
+        let mut encoder = self.draw(&viewpoints[..slots]);
+        encoder.clear_buffer(&self.rows, 0, None);
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.add_pixels);
+            pass.set_bind_group(0, &self.rows_group, &[]);
+            let pixels = 3 * self.layout.resolution * self.layout.resolution;
+            pass.dispatch_workgroups(pixels.div_ceil(64), slots as u32, 1);
+        }
+        self.queue.submit([encoder.finish()]);
+        let sums: Vec<u32> = read_copy(&self.device, &self.queue, &self.rows)?;
+        let row = |sums: &[u32]| {
+            let seen = sums.iter().enumerate().filter(|(_, sum)| **sum > 0);
+            seen.map(|(triangle, sum)| (triangle as u32, *sum as f32 / (1 << 30) as f32)).collect()
+        };
+        Ok(sums.chunks(self.triangle_count as usize).take(slots).map(row).collect())
+    }
+
+    /// A command encoder with the hemicubes of some viewpoints drawn.
+    fn draw(&self, viewpoints: &[Viewpoint]) -> wgpu::CommandEncoder {
+        let shooter = |viewpoint: &Viewpoint| Shooter {
+            origin: viewpoint.origin,
+            normal: viewpoint.normal,
+            tangent: viewpoint.normal.any_orthonormal_vector(),
+            area: 1.0,
+            ..Shooter::default()
+        };
+        let shooters: Vec<Shooter> = viewpoints.iter().map(shooter).collect();
+        let slots = viewpoints.len() as u32;
+        let settings = BatchSettings {
+            receiver_count: self.triangle_count,
+            slot_count: slots,
+            resolution: self.layout.resolution,
+            tiles_per_row: self.layout.tiles_per_row,
+            near: NEAR,
+            ..BatchSettings::default()
+        };
+        self.queue.write_buffer(&self.settings, 0, bytemuck::bytes_of(&settings));
+        self.queue.write_buffer(&self.shooters, 0, bytemuck::cast_slice(&shooters));
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.find_faces);
+            pass.set_bind_group(0, &self.faces_group, &[]);
+            pass.dispatch_workgroups((slots * FACE_COUNT).div_ceil(64), 1, 1);
+        }
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("item buffer"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &self.items,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.draw);
+        pass.set_vertex_buffer(0, self.positions.slice(..));
+        pass.set_vertex_buffer(1, self.faces.slice(..));
+        for instance in 0..slots * FACE_COUNT {
+            let [x, y, width, height] = self.layout.viewport(instance / FACE_COUNT, instance % FACE_COUNT);
+            pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+            pass.set_scissor_rect(x, y, width, height);
+            pass.draw(0..3 * self.triangle_count, instance..instance + 1);
+        }
+        drop(pass);
+        encoder
+    }
+}
+
+fn compute(device: &wgpu::Device, source: &str, entry: &'static str) -> wgpu::ComputePipeline {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(entry),
+        source: wgpu::ShaderSource::Wgsl(format!("{PATCHES_WGSL}{source}").into()),
+    });
+    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry),
+        layout: None,
+        module: &module,
+        entry_point: Some(entry),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    })
+}
+
+fn bind(
+    device: &wgpu::Device,
+    pipeline: &wgpu::ComputePipeline,
+    buffers: &[(u32, wgpu::Buffer)],
+    items: Option<&wgpu::TextureView>,
+) -> wgpu::BindGroup {
+    let mut entries: Vec<_> = buffers
+        .iter()
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
+        .collect();
+    let items =
+        items.map(|items| wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::TextureView(items) });
+    entries.extend(items);
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.get_bind_group_layout(0),
+        entries: &entries,
+    })
+}
+
+fn draw_pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("item_buffer.wgsl"),
+        source: wgpu::ShaderSource::Wgsl(ITEM_BUFFER_WGSL.into()),
+    });
+    let rows = wgpu::vertex_attr_array![1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
+    let position = wgpu::vertex_attr_array![0 => Float32x3];
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("item buffer"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("to_face"),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &[("near", f64::from(NEAR))],
+                ..wgpu::PipelineCompilationOptions::default()
+            },
+            buffers: &[
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<Vec3>() as u64,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &position,
+                }),
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<Face>() as u64,
+                    step_mode: wgpu::VertexStepMode::Instance,
+                    attributes: &rows,
+                }),
+            ],
+        },
+        // A hemicube's faces are mirrored: right × up looks outwards. Back faces hide as well.
+        primitive: wgpu::PrimitiveState { front_face: wgpu::FrontFace::Cw, ..wgpu::PrimitiveState::default() },
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: wgpu::TextureFormat::Depth32Float,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("write_item"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(wgpu::TextureFormat::R32Uint.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,142 @@
+//! Form factors by item buffers, against closed forms and against rays.
+#![cfg(feature = "gpu")]
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use radiosity::{
+    check::closed_form::{parallel_squares_form_factor, perpendicular_squares_form_factor},
+    gpu::{
+        device,
+        lightmap::{
+            hemicube::delta_form_factors,
+            item_buffer::{ItemBuffers, Row, Viewpoint},
+        },
+    },
+    scene::{LoadOptions, Scene, builtin, load},
+    student::basis::form_basis,
+    trace::{Ray, RayTracer as _, Tracer, surface::lift},
+};
+
+/// Two triangles of the square with these corners.
+fn square([a, b, c, d]: [Vec3; 4]) -> [[Vec3; 3]; 2] {
+    [[a, b, c], [a, c, d]]
+}
+
+fn rows(triangles: &[[Vec3; 3]], viewpoints: &[Viewpoint], resolution: u32) -> Vec<Row> {
+    let (device, queue) = device::headless().unwrap();
+    let weights = delta_form_factors(resolution);
+    let buffers = ItemBuffers::new((&device, &queue), triangles, resolution, &weights).unwrap();
+    viewpoints.chunks(buffers.batch()).flat_map(|batch| buffers.rows(batch).unwrap()).collect()
+}
+
+/// Mean over a grid of points of the unit square z = 0 of the form factor to `target`.
+fn mean_factor_from_unit_square(target: &[[Vec3; 3]], resolution: u32) -> f64 {
+    const SIDE: u32 = 16;
+    let place = |index: u32| (index as f32 + 0.5) / SIDE as f32;
+    let viewpoints: Vec<Viewpoint> = (0..SIDE * SIDE)
+        .map(|index| Viewpoint { origin: Vec3::new(place(index % SIDE), place(index / SIDE), 0.0), normal: Vec3::Z })
+        .collect();
+    let sums = rows(target, &viewpoints, resolution).into_iter();
+    sums.map(|row| row.iter().map(|(_, factor)| f64::from(*factor)).sum::<f64>()).sum::<f64>() / f64::from(SIDE * SIDE)
+}
+
+#[test]
+fn parallel_and_perpendicular_squares_have_their_form_factors_within_1_percent_at_128_pixels() {
+    // Fronts towards the square z = 0.
+    let above = [(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)].map(|(x, y)| Vec3::new(x, y, 1.0));
+    let found = mean_factor_from_unit_square(&square(above), 128);
+    let expected = parallel_squares_form_factor(1.0);
+    assert!((found / expected - 1.0).abs() < 0.01, "parallel: {found}, not {expected}");
+    let beside = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(y, z)| Vec3::new(0.0, y, z));
+    let found = mean_factor_from_unit_square(&square(beside), 128);
+    let expected = perpendicular_squares_form_factor();
+    assert!((found / expected - 1.0).abs() < 0.01, "perpendicular: {found}, not {expected}");
+}
+
+#[test]
+fn back_faces_count_for_nothing_but_hide() {
+    let at = |height: f32, size: f32| {
+        [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(x, y)| Vec3::new(size * x, size * y, height))
+    };
+    let front = square(at(1.0, 2.0));
+    let mut turned = at(0.5, 1.0);
+    turned.reverse();
+    let below = Viewpoint { origin: Vec3::ZERO, normal: Vec3::Z };
+    let open = rows(&front, &[below], 64).remove(0).iter().map(|(_, factor)| factor).sum::<f32>();
+    let hidden = rows(&[front, square(turned)].concat(), &[below], 64).remove(0);
+    assert!(hidden.is_empty() && open > 0.7, "{open}, {hidden:?}"); // the turned square covers the other exactly
+}
+
+#[test]
+fn a_row_of_pixels_shows_what_rays_meet() {
+    let scene: Arc<Scene> = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let tracer = Tracer::new(Arc::clone(&scene));
+    let triangles: Vec<[Vec3; 3]> =
+        (0..scene.mesh.triangles.len() as u32).map(|index| scene.mesh.corners(index)).collect();
+    const RESOLUTION: u32 = 64;
+    let mut apart = 0.0;
+    let origins: Vec<u32> = (0..10).collect();
+    for &triangle in &origins {
+        let corners = scene.mesh.corners(triangle);
+        let normal = scene.mesh.geometric_normal(triangle);
+        let origin = lift(corners.iter().sum::<Vec3>() / 3.0, normal, corners);
+        let row = rows(&triangles, &[Viewpoint { origin, normal }], RESOLUTION).remove(0);
+        // The same hemicube by rays through the middles of its pixels; any turn about the normal does.
+        let basis = form_basis(normal);
+        let mut by_rays = vec![0.0_f32; triangles.len()];
+        let step = 2.0 / RESOLUTION as f32;
+        let mut add = |direction: Vec3, weight: f32| {
+            let direction = (basis * direction).normalize();
+            let ray = Ray { origin, direction, max_distance: f32::INFINITY, origin_triangle: triangle };
+            if let Some(hit) = tracer.closest_hit(&ray).filter(|hit| hit.front) {
+                by_rays[hit.triangle as usize] += weight;
+            }
+        };
+        for row in 0..RESOLUTION {
+            for column in 0..RESOLUTION {
+                let (x, y) = ((column as f32 + 0.5) * step - 1.0, (row as f32 + 0.5) * step - 1.0);
+                let squared = x * x + y * y + 1.0;
+                let weight = step * step / (std::f32::consts::PI * squared * squared);
+                add(Vec3::new(x, y, 1.0), weight);
+                if y > 0.0 {
+                    for side in
+                        [Vec3::new(1.0, x, y), Vec3::new(-1.0, x, y), Vec3::new(x, 1.0, y), Vec3::new(x, -1.0, y)]
+                    {
+                        add(side, y * weight);
+                    }
+                }
+            }
+        }
+        for (index, value) in by_rays.iter().enumerate() {
+            let drawn = row.iter().find(|(item, _)| *item as usize == index).map_or(0.0, |(_, factor)| *factor);
+            apart += (drawn - value).abs();
+        }
+    }
+    let mean = apart / origins.len() as f32;
+    assert!(mean < 0.02, "rows differ by {mean} in the mean; 64 pixels cut edges differently when they are turned");
+}
+
+/// The Cornell box with its open front closed.
+fn closed_box() -> Arc<Scene> {
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+    let faces = "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 4 3 7 8\nf 5 1 4 8\nf 2 6 7 3\n";
+    Arc::new(load::load_from_memory("box", &format!("{corners}{faces}"), "", &LoadOptions::default()).unwrap())
+}
+
+#[test]
+fn in_a_closed_box_every_row_sums_to_one() {
+    let scene = closed_box();
+    let count = scene.mesh.triangles.len() as u32;
+    let triangles: Vec<[Vec3; 3]> = (0..count).map(|index| scene.mesh.corners(index)).collect();
+    let viewpoint = |index: u32| {
+        let (corners, normal) = (scene.mesh.corners(index), scene.mesh.geometric_normal(index));
+        Viewpoint { origin: lift(corners.iter().sum::<Vec3>() / 3.0, normal, corners), normal }
+    };
+    let viewpoints: Vec<Viewpoint> = (0..count).map(viewpoint).collect();
+    for row in rows(&triangles, &viewpoints, 128) {
+        let sum: f32 = row.iter().map(|(_, factor)| factor).sum();
+        assert!((sum - 1.0).abs() < 0.01, "{sum}");
+    }
+}
