@@ -134,7 +134,7 @@ fn messages_bring_every_bounce_in_order_and_the_live_field_ends_as_the_solution(
         .messages()
         .filter_map(|message| match message {
             Message::Bounce { index, irradiance, .. } => Some((index, irradiance)),
-            Message::Progress(_) | Message::Fault(_) => None,
+            Message::Progress(_) | Message::Fault(_) | Message::SamplingError(_) => None,
         })
         .collect();
     let (solution, _) = job.finish().unwrap();

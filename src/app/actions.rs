@@ -3,7 +3,7 @@
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
-    time::Instant,
+    time::{Duration, Instant},
 };
 
 use anyhow::Context as _;
@@ -11,12 +11,13 @@ use anyhow::Context as _;
 use super::{
     App,
     command::Command,
-    document::Document,
+    document::{Document, LightPreset},
     file_dialog::{FileDialog, Purpose},
     fly_camera::FlyCamera,
     loader::{self, Done, OpenedScene},
     notices::Level,
-    results::Results,
+    plots,
+    results::{Results, TruthView},
     solving::{SolveEvent, Solving},
     view_settings::Shown,
 };
@@ -44,20 +45,24 @@ impl App {
     pub fn fulfil(&mut self, command: Command) {
         let layout = &mut self.layout;
         match command {
-            Command::Solve => self.solve(),
+            Command::Solve => self.solve(false),
+            Command::Step => self.step(),
             Command::Cancel => self.cancel(),
             Command::PauseOrResume => {
                 if let Some(solving) = &self.solving {
+                    solving.set_stepping(false);
                     solving.set_paused(!solving.is_paused());
                 }
             }
             Command::PlaceLight => {
-                let light = self.document.edit.light.unwrap_or_else(|| self.document.ceiling_light());
+                let light =
+                    self.document.edit.light.unwrap_or_else(|| self.document.preset_light(LightPreset::Ceiling));
                 self.document.edit.light = Some(self.camera.place(&light));
             }
             Command::ToggleHelp => layout.help = !layout.help,
             Command::TogglePanels => layout.panels = !layout.panels,
             Command::TogglePlots => layout.plots = !layout.plots,
+            Command::ToggleFrameTimes => layout.frame_times = !layout.frame_times,
             Command::ToggleSecondView => layout.second_view = !layout.second_view,
             Command::NextView => layout.views[0].shown = layout.views[0].shown.next(),
             Command::ToggleWireframe => layout.views[0].wireframe = !layout.views[0].wireframe,
@@ -100,6 +105,8 @@ impl App {
                 let open = move || loader::open_solution(&path, &loaded, &scene);
                 self.loader.run(move || Ok(Done::Other(Box::new(open()?))));
             }
+            Command::CompareWithTruth(path) => self.compare_with_truth(path),
+            Command::SavePlots(path) => self.save_plots(path),
             Command::SaveSolution(path) => self.save_solution(path),
             Command::SaveMesh(path) => self.save_mesh(path),
             Command::SaveState(path) => {
@@ -134,6 +141,7 @@ impl App {
                     self.notices.say(Level::Note, "Solution to compare with: loaded");
                     self.other = Some(*results);
                 }
+                Ok(Done::Truth(truth, solution)) => self.show_truth(*truth, &solution),
                 Ok(Done::Written(path)) => self.notices.say(Level::Note, format!("{}: saved", path.display())),
                 Ok(Done::Checked(reports, pictures)) => self.assignment.take(reports, pictures),
                 Err(error) => self.notices.say(Level::Error, format!("{error:#}")),
@@ -170,7 +178,18 @@ impl App {
         }
     }
 
-    fn solve(&mut self) {
+    /// One bounce more of a solve that waits; else a new solve, which waits after each bounce.
+    fn step(&mut self) {
+        match &self.solving {
+            Some(solving) => {
+                solving.set_stepping(true);
+                solving.set_paused(false);
+            }
+            None => self.solve(true),
+        }
+    }
+
+    fn solve(&mut self, stepping: bool) {
         if !self.document.shines() {
             let advice = "Nothing shines in this scene: press SPACE to put a light at the camera, then ENTER";
             self.notices.say(Level::Error, advice);
@@ -187,8 +206,13 @@ impl App {
         self.playing_since = None;
         self.frame_times.solve_begins();
         // The solve that ran before is cancelled by being dropped.
-        match Solving::start(elements, made_with, input, move || context.request_repaint()) {
-            Ok(solving) => self.solving = Some(solving),
+        // Asked for at once, egui draws twice.
+        let wake = move || context.request_repaint_after(Duration::from_millis(1));
+        match Solving::start(elements, made_with, input, wake) {
+            Ok(solving) => {
+                solving.set_stepping(stepping);
+                self.solving = Some(solving);
+            }
             Err(error) => self.notices.say(Level::Error, format!("no thread for the solver could be started: {error}")),
         }
     }
@@ -267,10 +291,52 @@ impl App {
         let name = match purpose {
             Purpose::SaveMesh => format!("{}.ply", scene.scene.name),
             Purpose::SaveSolution => format!("{}.safetensors", scene.scene.name),
+            Purpose::SavePlots => format!("{}-convergence.csv", scene.scene.name),
             Purpose::SaveState => format!("{}.toml", scene.scene.name),
             _ => String::new(),
         };
         self.dialog = Some(FileDialog::new(purpose, &folder, &name));
+    }
+
+    fn compare_with_truth(&mut self, path: PathBuf) {
+        let solved =
+            self.results.as_ref().and_then(|results| Some((results.solution.clone()?, results.elements.clone())));
+        let Some((solution, elements)) = solved else {
+            self.notices.say(Level::Error, "There is no solution to compare yet: press ENTER, and wait for its end");
+            return;
+        };
+        self.loader.run(move || {
+            let truth = loader::compare_with_truth(&path, &elements, &solution)?;
+            Ok(Done::Truth(Box::new(truth), solution))
+        });
+    }
+
+    /// Shows a comparison, if the solution is still the one that was compared.
+    fn show_truth(&mut self, truth: TruthView, compared: &Arc<crate::solver::Solution>) {
+        let Some(results) = &mut self.results else { return };
+        if results.solution.as_ref().is_some_and(|solution| Arc::ptr_eq(solution, compared)) {
+            let error = 100.0 * truth.comparison.errors.lit.total.relative_l2;
+            self.notices.say(Level::Note, format!("{}: {error:.2} % off over the lit points", truth.name));
+            results.truth = Some(Arc::new(truth));
+        }
+    }
+
+    fn save_plots(&mut self, path: PathBuf) {
+        let Some(results) = &self.results else {
+            self.notices.say(Level::Error, "There are no curves yet: press ENTER");
+            return;
+        };
+        if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+            self.layout.plots = true;
+            let area = self.plots_area * self.context.pixels_per_point();
+            self.picture_of_window(Some(area), move || Ok(path));
+            return;
+        }
+        let table = plots::table(results);
+        self.loader.run(move || {
+            files::write_atomically(&path, |writer| Ok(writer.write_all(table.as_bytes())?))?;
+            Ok(Done::Written(path))
+        });
     }
 
     fn save_solution(&mut self, path: PathBuf) {
@@ -376,9 +442,21 @@ impl App {
     fn screenshot(&mut self) {
         let folder = self.folder.join("screenshots");
         let name = self.document.loaded.scene.name.clone();
-        let context = self.context.clone();
+        self.picture_of_window(None, move || {
+            std::fs::create_dir_all(&folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
+            let free = (1..).map(|number| folder.join(format!("{name}-{number}.png"))).find(|path| !path.exists());
+            Ok(free.unwrap_or_else(|| folder.join("screenshot.png")))
+        });
+    }
+
+    /// Writes a picture of the window, or of a part of it in pixels, to where `path` says.
+    fn picture_of_window(
+        &mut self,
+        part: Option<egui::Rect>,
+        path: impl FnOnce() -> anyhow::Result<PathBuf> + Send + 'static,
+    ) {
         let (sender, receiver) = std::sync::mpsc::channel();
-        context.request_screenshot(move |image| {
+        self.context.request_screenshot(move |image| {
             // The thread that waits for it ends with the window.
             let _ = sender.send(image);
         });
@@ -387,11 +465,14 @@ impl App {
             let image = receiver.recv_timeout(wait).map_err(|_| anyhow::anyhow!("the window gave no picture"))?;
             let [width, height] = image.size.map(|pixels| pixels as u32);
             let bytes: Vec<u8> = image.pixels.iter().flat_map(|pixel| pixel.to_array()).collect();
-            let picture =
+            let mut picture =
                 image::RgbaImage::from_raw(width, height, bytes).context("the window's picture is damaged")?;
-            std::fs::create_dir_all(&folder).with_context(|| format!("{}: cannot be made", folder.display()))?;
-            let free = (1..).map(|number| folder.join(format!("{name}-{number}.png"))).find(|path| !path.exists());
-            let path = free.unwrap_or_else(|| folder.join("screenshot.png"));
+            if let Some(part) = part {
+                let [left, top, across, down] =
+                    [part.left(), part.top(), part.width(), part.height()].map(|pixels| pixels.max(0.0) as u32);
+                picture = image::imageops::crop(&mut picture, left, top, across, down).to_image();
+            }
+            let path = path()?;
             files::write_picture(&path, &picture)?;
             Ok(Done::Written(path))
         });

@@ -9,6 +9,8 @@ use super::file_dialog::Purpose;
 pub enum Command {
     /// Start to solve, or start again with what is set now.
     Solve,
+    /// One bounce more, and then wait.
+    Step,
     /// Stop solving and keep what there is.
     Cancel,
     /// Let the solve wait, or go on.
@@ -21,6 +23,8 @@ pub enum Command {
     TogglePanels,
     /// Show or hide the plots.
     TogglePlots,
+    /// Show or hide the frame times.
+    ToggleFrameTimes,
     /// Show or hide the second view.
     ToggleSecondView,
     /// The next of the views.
@@ -45,6 +49,10 @@ pub enum Command {
     LoadSolution(PathBuf),
     /// Read a solution to compare with.
     LoadOther(PathBuf),
+    /// Compare the solution with a truth file.
+    CompareWithTruth(PathBuf),
+    /// Write the curves of convergence, as a table (CSV) or a picture (PNG).
+    SavePlots(PathBuf),
     /// Keep the present solution to compare with.
     KeepForComparison,
     /// Write camera, light, settings and tone map.

@@ -35,6 +35,44 @@ impl Edit {
     }
 }
 
+/// A light to begin with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LightPreset {
+    /// Under the middle of the top.
+    Ceiling,
+    /// Small and bright, under the middle of the top.
+    Spot,
+    /// As wide as the top.
+    Sky,
+    /// Large, at one side.
+    Window,
+}
+
+impl LightPreset {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Ceiling, Self::Spot, Self::Sky, Self::Window];
+
+    /// Its name in the panel.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ceiling => "ceiling",
+            Self::Spot => "spot",
+            Self::Sky => "sky",
+            Self::Window => "window",
+        }
+    }
+
+    /// What it is, for the tooltip.
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::Ceiling => "A fifth of the scene's width, under the middle of its top, shining down: soft shadows",
+            Self::Spot => "A fiftieth of the scene's width, under the middle of its top: hard shadows",
+            Self::Sky => "As wide as the scene, at its top, bluish: hardly any shadows",
+            Self::Window => "Upright at the scene's left side, shining to the right: long shadows",
+        }
+    }
+}
+
 /// A scene, as it was read and as it was edited.
 pub struct Document {
     /// As it was read.
@@ -68,16 +106,27 @@ impl Document {
         (high - low).max_element().max(1e-9)
     }
 
-    /// A light to begin with: under the middle of the scene's top, a fifth of its width, shining down.
-    pub fn ceiling_light(&self) -> AreaLightState {
+    /// A light to begin with, inside the scene's bounds.
+    pub fn preset_light(&self, preset: LightPreset) -> AreaLightState {
         let [low, high] = [self.report.minimum, self.report.maximum].map(DVec3::from_array);
-        let half = 0.1 * (high - low);
         let middle = 0.5 * (low + high);
-        AreaLightState {
+        let half = (0.5 * (high - low)).max(DVec3::splat(5e-3 * self.size()));
+        let below_top = |part: f64, radiance: [f32; 3]| AreaLightState {
             centre: [middle.x, high.y - 0.02 * (high.y - low.y), middle.z],
-            u: [half.x.max(1e-3 * self.size()), 0.0, 0.0],
-            v: [0.0, 0.0, half.z.max(1e-3 * self.size())],
-            radiance: [20.0; 3],
+            u: [part * half.x, 0.0, 0.0],
+            v: [0.0, 0.0, part * half.z],
+            radiance,
+        };
+        match preset {
+            LightPreset::Ceiling => below_top(0.2, [20.0; 3]),
+            LightPreset::Spot => below_top(0.02, [2000.0; 3]),
+            LightPreset::Sky => below_top(0.98, [0.8, 1.0, 1.3]),
+            LightPreset::Window => AreaLightState {
+                centre: [low.x + 0.02 * (high.x - low.x), middle.y + 0.2 * half.y, middle.z],
+                u: [0.0, 0.4 * half.y, 0.0],
+                v: [0.0, 0.0, 0.5 * half.z],
+                radiance: [10.0; 3],
+            },
         }
     }
 

@@ -19,6 +19,10 @@ pub enum Purpose {
     LoadSolution,
     /// A solution to compare with.
     LoadOther,
+    /// A truth to compare with.
+    LoadTruth,
+    /// Curves of convergence to write.
+    SavePlots,
     /// A state file to write.
     SaveState,
     /// A state file to read.
@@ -33,6 +37,8 @@ impl Purpose {
             Self::SaveSolution => "Save the solution",
             Self::LoadSolution => "Load a solution",
             Self::LoadOther => "Load a solution to compare with",
+            Self::LoadTruth => "Load a truth to compare with (points and values, .csv)",
+            Self::SavePlots => "Save the curves as a table (.csv) or a picture (.png)",
             Self::SaveState => "Save camera, light, settings and tone map",
             Self::LoadState => "Load camera, light, settings and tone map",
         }
@@ -43,12 +49,14 @@ impl Purpose {
             Self::OpenScene => &["obj"],
             Self::SaveMesh => &["ply", "csv"],
             Self::SaveSolution | Self::LoadSolution | Self::LoadOther => &["safetensors"],
+            Self::LoadTruth => &["csv"],
+            Self::SavePlots => &["csv", "png"],
             Self::SaveState | Self::LoadState => &["toml"],
         }
     }
 
     fn saves(self) -> bool {
-        matches!(self, Self::SaveMesh | Self::SaveSolution | Self::SaveState)
+        matches!(self, Self::SaveMesh | Self::SaveSolution | Self::SavePlots | Self::SaveState)
     }
 
     fn command(self, path: PathBuf) -> Command {
@@ -58,6 +66,8 @@ impl Purpose {
             Self::SaveSolution => Command::SaveSolution(path),
             Self::LoadSolution => Command::LoadSolution(path),
             Self::LoadOther => Command::LoadOther(path),
+            Self::LoadTruth => Command::CompareWithTruth(path),
+            Self::SavePlots => Command::SavePlots(path),
             Self::SaveState => Command::SaveState(path),
             Self::LoadState => Command::LoadState(path),
         }

@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::{command::Command, file_dialog::Purpose};
 
 /// The keys as the help shows them, with what they do.
-pub const HELP: [(&str, &str); 27] = [
+pub const HELP: [(&str, &str); 29] = [
     ("W A S D", "fly forward, left, back, right"),
     ("Q E", "fly down, up"),
     ("left drag", "look round"),
@@ -16,6 +16,7 @@ pub const HELP: [(&str, &str); 27] = [
     ("ENTER", "solve; again: start anew with what is set now"),
     ("ESC", "stop solving and keep the result; close help and dialogs"),
     ("P", "let the solve wait, or go on"),
+    ("N", "one bounce more, then wait (P goes on); starts a solve if none runs"),
     ("M", "load a mesh (OBJ); or drop one on the window"),
     ("O", "save the solution as a mesh (PLY)"),
     ("CTRL + S", "save the solution"),
@@ -26,6 +27,7 @@ pub const HELP: [(&str, &str); 27] = [
     ("F1, ?", "this help"),
     ("F2", "panels on or off"),
     ("F3", "plots on or off"),
+    ("F4", "frame times, stage by stage, on or off"),
     ("V", "next view: radiosity, irradiance, direct, indirect, ..."),
     ("B", "wireframe over the view"),
     ("F", "false colours with a legend in W/m²"),
@@ -40,15 +42,17 @@ pub const HELP: [(&str, &str); 27] = [
 pub const RULE: &str = "Changes of the light, a material or a setting wait for the next ENTER; \
 a solve that runs is not disturbed. Views and tone map change at once.";
 
-const PLAIN: [(Key, Command); 13] = [
+const PLAIN: [(Key, Command); 15] = [
     (Key::Enter, Command::Solve),
     (Key::Space, Command::PlaceLight),
     (Key::P, Command::PauseOrResume),
+    (Key::N, Command::Step),
     (Key::M, Command::Ask(Purpose::OpenScene)),
     (Key::O, Command::Ask(Purpose::SaveMesh)),
     (Key::F1, Command::ToggleHelp),
     (Key::F2, Command::TogglePanels),
     (Key::F3, Command::TogglePlots),
+    (Key::F4, Command::ToggleFrameTimes),
     (Key::V, Command::NextView),
     (Key::B, Command::ToggleWireframe),
     (Key::F, Command::ToggleFalseColour),

@@ -15,6 +15,8 @@ pub struct Layout {
     /// The help.
     #[serde(skip)]
     pub help: bool,
+    /// The table of frame times.
+    pub frame_times: bool,
     /// The second view beside the first.
     pub second_view: bool,
     /// The part of the width that the first view has.
@@ -35,6 +37,7 @@ impl Default for Layout {
             panels: true,
             plots: true,
             help: false,
+            frame_times: false,
             second_view: false,
             divider: 0.5,
             ambient: true,

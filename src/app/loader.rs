@@ -5,15 +5,22 @@ use std::{
     sync::{Arc, mpsc},
 };
 
+use glam::Vec3;
+
 use super::{
-    results::Results,
+    fill_unknown::fill_unknown,
+    results::{Results, TruthView},
     solving::Elements,
     task_pictures::{self, TaskPicture},
 };
 use crate::{
-    check::tasks::{TASKS, Task, TaskReport, run_task},
-    files::{self, loaded_scene, loaded_scene::LoadedScene},
+    check::{
+        tasks::{TASKS, Task, TaskReport, run_task},
+        truth_file,
+    },
+    files::{self, loaded_scene, loaded_scene::LoadedScene, truth_comparison},
     scene::{Scene, inspect},
+    solver::Solution,
     student::FUNCTIONS,
 };
 
@@ -79,6 +86,36 @@ pub fn check(task: Option<&'static str>) -> Done {
     Done::Checked(reports, pictures)
 }
 
+/// Compares a solution with a truth file.
+///
+/// # Errors
+/// One line: what, where, what to do; also for a truth of another scene.
+pub fn compare_with_truth(path: &Path, elements: &Elements, solution: &Solution) -> anyhow::Result<TruthView> {
+    let truth = truth_file::read(path)?;
+    let tessellation = &elements.tessellation;
+    let total = solution.total();
+    let at = |triangle, place| {
+        let of = |field: &[Vec3]| tessellation.interpolate(field, triangle, place);
+        (of(solution.direct()), of(&total))
+    };
+    let comparison = truth_comparison::compare_with_truth(&elements.scene, &elements.tracer, at, (&truth, path))?;
+    let mut sums = vec![(0.0, 0.0); tessellation.mesh.positions.len()];
+    for point in &comparison.points {
+        let error = (point.difference.length_squared() / 3.0).sqrt();
+        let (element, _) = tessellation.locate(point.triangle, point.barycentric);
+        for vertex in tessellation.mesh.triangles[element as usize] {
+            let sum: &mut (f64, f64) = &mut sums[vertex as usize];
+            *sum = (sum.0 + error, sum.1 + 1.0);
+        }
+    }
+    let known = sums.iter().map(|(_, count)| *count > 0.0).collect();
+    let mean = |(sum, count): &(f64, f64)| Vec3::splat((sum / count.max(1.0)) as f32);
+    let mut field: Vec<Vec3> = sums.iter().map(mean).collect();
+    fill_unknown(&mut field, known, &tessellation.mesh.triangles);
+    let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    Ok(TruthView { name, comparison, field: Arc::new(field) })
+}
+
 /// What came of a task.
 pub enum Done {
     /// A scene was read.
@@ -87,6 +124,8 @@ pub enum Done {
     Solution(Box<Results>),
     /// A solution was read, to be compared with.
     Other(Box<Results>),
+    /// A solution was compared with a truth.
+    Truth(Box<TruthView>, Arc<Solution>),
     /// A file was written.
     Written(PathBuf),
     /// Tasks of the assignment were tested.

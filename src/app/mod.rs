@@ -9,6 +9,7 @@ pub mod command;
 mod controls;
 pub mod document;
 pub mod file_dialog;
+mod fill_unknown;
 pub mod fly_camera;
 pub mod frame_times;
 mod help;
@@ -29,6 +30,7 @@ pub mod results;
 pub mod solving;
 mod status_bar;
 pub mod task_pictures;
+mod theme;
 pub mod vertex_rays;
 mod view;
 pub mod view_settings;
@@ -37,6 +39,7 @@ mod window;
 use std::{
     f32::consts::PI,
     path::{Path, PathBuf},
+    sync::Arc,
     time::Instant,
 };
 
@@ -54,7 +57,7 @@ use notices::{Level, Notices};
 use panel_assignment::Assignment;
 use panel_solve::SolveStatus;
 use picked::Picked;
-use results::Results;
+use results::{Field, Results};
 use solving::{Elements, Solving};
 use view_settings::{Source, ViewField};
 pub use window::run;
@@ -67,8 +70,6 @@ const SECONDS_A_BOUNCE: f32 = 0.7;
 const AMBIENT: f32 = 0.4;
 /// The same while a solve has not yet lit all vertices, so that one sees where one is.
 const DIM_AMBIENT: f32 = 0.015;
-/// A frame that takes longer than this, in milliseconds, is drawn without smooth edges while a solve runs.
-const SLOW_FRAME: f32 = 8.0;
 /// The key of the layout in what eframe keeps from run to run.
 const LAYOUT_KEY: &str = "layout";
 
@@ -96,9 +97,15 @@ pub struct App {
     pub view_area: egui::Rect,
     /// The student's functions: what their tests found.
     pub assignment: Assignment,
+    /// Where the plots were drawn last.
+    plots_area: egui::Rect,
     /// What was last copied by [`Command::CopyView`].
     pub copied: Option<String>,
+    /// Where the clicked point's light comes from, by the solution it was found for.
+    shares: Option<(Picked, Field, Vec<(String, f32)>)>,
     fields: [ViewField; 2],
+    /// The views are drawn on the processor's own cores.
+    software_driver: bool,
     solving: Option<Solving>,
     loader: Loader,
     undoer: Undoer<Edit>,
@@ -117,7 +124,7 @@ impl App {
         if let Some(render_state) = &creation.wgpu_render_state {
             gpu::install(render_state);
         }
-        creation.egui_ctx.set_theme(egui::Theme::Dark);
+        theme::install(&creation.egui_ctx);
         let layout = creation.storage.and_then(|storage| eframe::get_value(storage, LAYOUT_KEY)).unwrap_or_default();
         let mut notices = Notices::default();
         for warning in &opened.warnings {
@@ -135,9 +142,12 @@ impl App {
             picked: None,
             dialog: None,
             view_area: egui::Rect::ZERO,
+            plots_area: egui::Rect::ZERO,
             copied: None,
             assignment: Assignment::default(),
+            shares: None,
             fields: Default::default(),
+            software_driver: creation.wgpu_render_state.as_ref().is_some_and(gpu::is_software),
             solving: None,
             loader: Loader::new(creation.egui_ctx.clone()),
             undoer: Undoer::default(),
@@ -162,6 +172,11 @@ impl App {
     /// True while a solve has not yet traced all vertices.
     fn is_tracing(&self) -> bool {
         self.solving.is_some() && self.results.as_ref().is_none_or(|results| results.bounces.is_empty())
+    }
+
+    /// True while a solve runs and does not wait.
+    fn is_working(&self) -> bool {
+        self.solving.as_ref().is_some_and(|solving| !solving.is_paused())
     }
 
     /// True while a file is read or written.
@@ -197,7 +212,9 @@ impl App {
         }
         if self.layout.plots {
             let panel = Panel::bottom("plots").resizable(true).default_size(150.0).size_range(90.0..=500.0);
-            panel.show(ui, |ui| plots::ui(ui, self.results.as_ref()));
+            let shown = panel.show(ui, |ui| plots::ui(ui, self.results.as_ref()));
+            self.plots_area = shown.response.rect;
+            commands.push(shown.inner.then_some(Command::Ask(file_dialog::Purpose::SavePlots)));
         }
         commands.into_iter().flatten().collect()
     }
@@ -209,11 +226,12 @@ impl App {
                 let header = egui::CollapsingHeader::new(egui::RichText::new(name).strong()).default_open(open);
                 header.show(ui, |ui| commands.push(contents(ui)));
             };
-        let Self { document, layout, results, other, notices, picked, assignment, .. } = self;
+        let Self { document, layout, results, other, notices, picked, assignment, shares, .. } = self;
         let elements = results.as_ref().map_or(&document.elements, |results| &results.elements).clone();
+        let shares = known_shares(shares, *picked, results.as_ref());
         if picked.is_some() {
             section(ui, "Point", true, &mut |ui| {
-                *picked = picked.filter(|picked| picked.ui(ui, &elements, results.as_ref()));
+                *picked = picked.filter(|picked| picked.ui(ui, &elements, results.as_ref(), &shares));
                 None
             });
         }
@@ -287,8 +305,9 @@ impl App {
         let other = self.other.as_ref().filter(|_| shows_other);
         let results = other.or(self.results.as_ref());
         let elements = results.map_or(&self.document.elements, |results| &results.elements);
-        let frames = self.frame_times.summary();
         let tone_map = self.document.edit.tone_map;
+        // A software driver takes its time from the solver.
+        let saves_time = self.software_driver && self.is_working();
         let ambient = if self.layout.ambient {
             AMBIENT
         } else if self.is_tracing() {
@@ -312,8 +331,8 @@ impl App {
             ambient: Vec3::splat(ambient * PI * tone_map.white / tone_map.exposure.exp2()),
             light: self.document.edit.light.map(|light| light.to_local(frame)),
             light_outline: None,
-            // A software driver would take the time for smooth edges from the solver.
-            antialias: self.layout.antialias && !(self.solving.is_some() && frames.mean > SLOW_FRAME),
+            antialias: self.layout.antialias && !saves_time,
+            half_size: saves_time,
         }
     }
 
@@ -356,30 +375,64 @@ impl App {
     }
 }
 
+/// Where the light at the clicked point comes from; found again for another point or a complete solution.
+fn known_shares(
+    known: &mut Option<(Picked, Field, Vec<(String, f32)>)>,
+    picked: Option<Picked>,
+    results: Option<&Results>,
+) -> Vec<(String, f32)> {
+    let solved = results.filter(|results| results.solution.is_some());
+    let (Some(picked), Some(results)) = (picked, solved) else { return Vec::new() };
+    let current = known.take().filter(|(point, total, _)| *point == picked && Arc::ptr_eq(total, &results.total));
+    let found = || (picked, Arc::clone(&results.total), picked.shares(&results.elements, results));
+    known.insert(current.unwrap_or_else(found)).2.clone()
+}
+
+/// What the views took of the frame before, to upload and record.
+fn upload_time(frame: &eframe::Frame) -> std::time::Duration {
+    let Some(render_state) = frame.wgpu_render_state() else { return Default::default() };
+    render_state
+        .renderer
+        .write()
+        .callback_resources
+        .get_mut::<gpu::Viewer>()
+        .map_or_else(Default::default, gpu::Viewer::take_busy_time)
+}
+
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
-        self.frame_times.begin();
+        self.frame_times.begin(frame.info().cpu_usage, upload_time(frame), self.is_working());
         let context = ui.ctx().clone();
         self.listen();
         self.trace_rays_of_vertex();
         let mut commands = self.go_on(&context);
+        self.frame_times.end_stage(0);
         commands.extend(self.panels_ui(ui));
+        self.frame_times.end_stage(1);
         egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
             self.view_area = ui.available_rect_before_wrap();
             self.view_ui(ui);
         });
+        self.frame_times.end_stage(2);
         self.notices.ui(&context, self.view_area.center_top() + egui::vec2(0.0, 8.0));
         self.layout.help &= !self.layout.help || help::ui(&context);
+        self.layout.frame_times &= !self.layout.frame_times || frame_times::ui(&context, &self.frame_times.summary());
         commands.extend(self.dialog_ui(&context));
         for command in commands {
             self.fulfil(command);
         }
         self.update_title();
         self.undoer.feed_state(context.input(|input| input.time), &self.document.edit);
-        self.frame_times.end(frame.info().cpu_usage, self.solving.is_some());
+        self.frame_times.end_stage(3);
+        self.frame_times.end();
         if let Some(solving) = &self.solving {
-            solving.set_frame_time(self.frame_times.summary().mean);
+            let software = self.software_driver;
+            solving.set_frame_time(if software { f32::MAX } else { self.frame_times.summary().mean });
         }
+    }
+
+    fn clear_color(&self, _visuals: &egui::Visuals) -> [f32; 4] {
+        theme::clear_color()
     }
 
     fn save(&mut self, storage: &mut dyn eframe::Storage) {

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 use super::{
     command::Command,
     controls::{decimals_for, row, rows, vector_row},
-    document::Document,
+    document::{Document, LightPreset},
 };
 use crate::scene::area_light::AreaLightState;
 
@@ -29,11 +29,16 @@ pub(super) fn ui(ui: &mut Ui, document: &mut Document) -> Option<Command> {
         Some(light) => edit_light(ui, light, size),
     }
     ui.horizontal_wrapped(|ui| {
+        ui.label("Presets:");
+        for preset in LightPreset::ALL {
+            if ui.small_button(preset.name()).on_hover_text(preset.explanation()).clicked() {
+                document.edit.light = Some(document.preset_light(preset));
+            }
+        }
+    });
+    ui.horizontal_wrapped(|ui| {
         if ui.button("At the camera").on_hover_text("SPACE: put it at the camera, shining where it looks").clicked() {
             command = Some(Command::PlaceLight);
-        }
-        if ui.button("At the ceiling").on_hover_text("Under the middle of the scene's top, shining down").clicked() {
-            document.edit.light = Some(document.ceiling_light());
         }
         let original = document.original.light;
         if ui.add_enabled(original != document.edit.light, egui::Button::new("Reset light")).clicked() {

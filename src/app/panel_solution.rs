@@ -2,7 +2,14 @@
 
 use egui::{RichText, Ui};
 
-use super::{command::Command, controls::rows, file_dialog::Purpose, notices::Notices, results::Results};
+use super::{
+    command::Command,
+    controls::rows,
+    file_dialog::Purpose,
+    notices::Notices,
+    results::{Results, TruthView},
+};
+use crate::check::metrics::FieldErrors;
 
 /// Draws the panel.
 pub fn ui(ui: &mut Ui, results: Option<&Results>, other: Option<&Results>) -> Option<Command> {
@@ -28,6 +35,8 @@ pub fn ui(ui: &mut Ui, results: Option<&Results>, other: Option<&Results>) -> Op
         button(ui, solved, "Keep to compare", tooltip, Command::KeepForComparison);
         let tooltip = "A solution of this scene, for the second view";
         button(ui, true, "Compare with…", tooltip, Command::Ask(Purpose::LoadOther));
+        let tooltip = "True values at points (CSV), as `radiosity truth` writes them";
+        button(ui, solved, "Compare with a truth…", tooltip, Command::Ask(Purpose::LoadTruth));
     });
     ui.horizontal_wrapped(|ui| {
         let tooltip = "Camera, light, settings and tone map, as a state file; ALT + number is quicker";
@@ -35,6 +44,9 @@ pub fn ui(ui: &mut Ui, results: Option<&Results>, other: Option<&Results>) -> Op
         button(ui, true, "Load state…", "A number alone is quicker", Command::Ask(Purpose::LoadState));
         button(ui, true, "Screenshot", "F12: a picture of the window to screenshots/", Command::Screenshot);
     });
+    if let Some(truth) = results.and_then(|results| results.truth.as_ref()) {
+        truth_ui(ui, truth);
+    }
     if let (Some(results), Some(other)) = (results, other) {
         compare_ui(ui, results, other);
     }
@@ -56,11 +68,41 @@ fn summary_ui(ui: &mut Ui, results: &Results) {
             line("Rays", format!("{:.1} million", rays as f64 * 1e-6));
             line("Unabsorbed", format!("{:.3} %", 100.0 * report.unabsorbed));
             line("Buried", format!("{} vertices", report.buried_vertices));
+            if let Some(error) = results.relative_sampling_error {
+                line("Sampling error", format!("{:.2} % at a vertex", 100.0 * error));
+            }
             let emitted = report.energy.emitted.element_sum().max(1e-30);
             let absorbed: f64 = report.energy.bounces.iter().map(|bounce| bounce.absorbed.element_sum()).sum();
             line("Absorbed", format!("{:.2} % of {emitted:.3} W", 100.0 * absorbed / emitted));
         }
     });
+}
+
+/// The errors against a truth.
+fn truth_ui(ui: &mut Ui, truth: &TruthView) {
+    ui.separator();
+    let FieldErrors { all, lit } = truth.comparison.errors;
+    ui.label(format!("Against {}: field error", truth.name)).on_hover_text(
+        "Root mean square difference over the points, by the mean of the truth. Lit: without points that are unlit, \
+         buried or beside an emitter. View “truth error” shows where it lies",
+    );
+    let percent = |fraction: f64| format!("{:.2} %", 100.0 * fraction);
+    egui::Grid::new("truth").num_columns(5).striped(true).show(ui, |ui| {
+        for head in ["", "total", "direct", "indirect", "bias"] {
+            ui.label(head);
+        }
+        ui.end_row();
+        for (name, part) in [("all", all), ("lit", lit)] {
+            ui.label(format!("{name} ({})", part.point_count));
+            for value in [part.total.relative_l2, part.direct.relative_l2, part.indirect.relative_l2, part.total.bias] {
+                ui.label(percent(value));
+            }
+            ui.end_row();
+        }
+    });
+    if truth.comparison.off_surface > 0 {
+        ui.label(format!("{} points lie on no surface and were left out", truth.comparison.off_surface));
+    }
 }
 
 /// How far two solutions are apart, over their vertices.

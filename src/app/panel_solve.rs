@@ -36,14 +36,18 @@ pub fn buttons_ui(ui: &mut Ui, status: SolveStatus) -> Option<Command> {
         if solve.on_hover_text("ENTER: solve with what is set now").clicked() {
             command = Some(Command::Solve);
         }
-        let stop = ui.add_enabled(status.running, egui::Button::new("Stop").min_size([70.0, 28.0].into()));
+        let stop = ui.add_enabled(status.running, egui::Button::new("Stop").min_size([56.0, 28.0].into()));
         if stop.on_hover_text("ESC: stop and keep the result").clicked() {
             command = Some(Command::Cancel);
         }
         let text = if status.paused { "Go on" } else { "Pause" };
-        let pause = ui.add_enabled(status.running, egui::Button::new(text).min_size([70.0, 28.0].into()));
+        let pause = ui.add_enabled(status.running, egui::Button::new(text).min_size([64.0, 28.0].into()));
         if pause.on_hover_text("P: let the solve wait, or go on").clicked() {
             command = Some(Command::PauseOrResume);
+        }
+        let step = ui.add(egui::Button::new("Step").min_size([56.0, 28.0].into()));
+        if step.on_hover_text("N: one bounce more, then wait").clicked() {
+            command = Some(Command::Step);
         }
     });
     if status.changed {

@@ -43,6 +43,9 @@ pub(super) fn ui(ui: &mut Ui, layout: &mut Layout, tone_map: &mut ToneMap, avail
         if play.on_hover_text("Light after none, one, two, ... reflections").clicked() {
             command = Some(Command::Play);
         }
+        if ui.button("Reset views").on_hover_text("Both views show what they showed at first").clicked() {
+            layout.views = Layout::default().views;
+        }
         if ui.button("Reset camera").on_hover_text("Back to where the scene's state looks from").clicked() {
             command = Some(Command::ResetCamera);
         }
@@ -73,7 +76,7 @@ fn view_ui(ui: &mut Ui, number: usize, view: &mut ViewSettings, available: Avail
             let tooltip = "Hatches the elements around vertices that see mostly back faces";
             ui.checkbox(&mut view.buried, "Buried").on_hover_text(tooltip);
         });
-        if view.false_colour || view.source == Source::Difference {
+        if view.has_legend() {
             range_ui(ui, view);
         }
         if available.other {

@@ -5,12 +5,19 @@ use glam::{Vec2, Vec3};
 
 use super::{results::Results, solving::Elements};
 use crate::{
+    math::{
+        color::luminance,
+        sequence::{Sampler, Sequence, Stream},
+    },
     scene::{Camera, mesh::interpolate},
-    trace::{NO_TRIANGLE, Ray, RayTracer as _},
+    trace::{NO_TRIANGLE, Ray, RayTracer as _, SurfacePoint},
+    transport::sampling::{cosine_direction, frame},
 };
 
 /// Back faces that a click goes through.
 const MAX_PASSED_FACES: u32 = 64;
+/// Rays that tell where a point's light comes from.
+const SHARE_RAYS: u32 = 1024;
 
 /// A point of the surface, by its scene triangle: elements may change under it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,8 +59,38 @@ impl Picked {
         corners[nearest]
     }
 
+    /// Where the light at the point comes from: parts of its irradiance (luminance), the largest first. Direct light is
+    /// one part; the rest is gathered by rays and told by the material that reflects it.
+    pub fn shares(&self, elements: &Elements, results: &Results) -> Vec<(String, f32)> {
+        let scene = &elements.scene;
+        let at = |field: &[Vec3], triangle, place| elements.tessellation.interpolate(field, triangle, place);
+        let from = SurfacePoint::new(scene, self.triangle, self.barycentric);
+        let basis = frame(from.shading_normal);
+        let sequence = Sequence::new(Sampler::Sobol, 1, self.triangle, Stream::Hemisphere, SHARE_RAYS);
+        let mut reflected = vec![0.0; scene.materials.len()];
+        for index in 0..SHARE_RAYS {
+            let direction = basis * cosine_direction(sequence.sample_2d(index));
+            let hit = from.ray(direction).and_then(|ray| elements.tracer.closest_hit(&ray)).filter(|hit| hit.front);
+            if let Some(hit) = hit {
+                let irradiance = at(&results.total, hit.triangle, hit.barycentric);
+                let radiosity = scene.reflectance(hit.triangle, hit.barycentric) * irradiance;
+                reflected[scene.mesh.material_indices[hit.triangle as usize] as usize] +=
+                    luminance(radiosity) / SHARE_RAYS as f32;
+            }
+        }
+        let direct =
+            results.bounces.first().map_or(0.0, |direct| luminance(at(direct, self.triangle, self.barycentric)));
+        let named = reflected.into_iter().zip(&scene.materials).map(|(part, material)| (material.name.clone(), part));
+        let mut shares: Vec<(String, f32)> = named.chain([(String::from("lights, directly"), direct)]).collect();
+        let sum: f32 = shares.iter().map(|(_, part)| part).sum();
+        shares.retain(|(_, part)| *part > 0.0);
+        shares.iter_mut().for_each(|(_, part)| *part /= sum);
+        shares.sort_by(|(_, a), (_, b)| b.total_cmp(a));
+        shares
+    }
+
     /// Draws what is known of the point. False once it is to be forgotten.
-    pub fn ui(&self, ui: &mut Ui, elements: &Elements, results: Option<&Results>) -> bool {
+    pub fn ui(&self, ui: &mut Ui, elements: &Elements, results: Option<&Results>, shares: &[(String, f32)]) -> bool {
         let scene = &elements.scene;
         let place = scene.frame.point_to_metres(self.position(elements));
         let reflectance = scene.reflectance(self.triangle, self.barycentric);
@@ -79,6 +116,16 @@ impl Picked {
                 ui.end_row();
             }
         });
+        if !shares.is_empty() {
+            ui.label("Its light comes from").on_hover_text("Parts of the luminance, by the material that reflects it");
+            egui::Grid::new("point's shares").num_columns(2).striped(true).show(ui, |ui| {
+                for (name, part) in shares.iter().take(8) {
+                    ui.label(name);
+                    ui.label(format!("{:.1} %", 100.0 * part));
+                    ui.end_row();
+                }
+            });
+        }
         egui::CollapsingHeader::new("Its vertices").show(ui, |ui| {
             for vertex in vertices {
                 let buried = results.solution.as_ref().is_some_and(|solution| solution.buried[vertex as usize]);

@@ -12,24 +12,55 @@ const BANDS: [(&str, Color32); 3] = [
     ("blue", Color32::from_rgb(100, 150, 250)),
 ];
 
-/// Draws both plots beside each other.
-pub(super) fn ui(ui: &mut Ui, results: Option<&Results>) {
-    let height = ui.available_height();
-    ui.set_min_height(height);
+/// The curves as a table (CSV): a line for each complete bounce.
+pub(super) fn table(results: &Results) -> String {
+    let mut text = String::from(
+        "bounce,seconds,arriving_r,arriving_g,arriving_b,unabsorbed,missing,sampling_error,estimated_error\n",
+    );
+    let sampling = results.relative_sampling_error.map_or_else(String::new, |error| error.to_string());
+    // The history begins before bounce 0.
+    let rows = results.powers.iter().zip(results.history.iter().skip(1)).zip(&results.missing);
+    for (bounce, ((power, [seconds, unabsorbed]), [_, missing])) in rows.enumerate() {
+        let [red, green, blue] = power.arriving.to_array();
+        let error = results.relative_sampling_error.map_or_else(String::new, |error| missing.hypot(error).to_string());
+        text += &format!("{bounce},{seconds},{red},{green},{blue},{unabsorbed},{missing},{sampling},{error}\n");
+    }
+    text
+}
+
+/// Draws both plots beside each other. True if they are to be saved.
+pub(super) fn ui(ui: &mut Ui, results: Option<&Results>) -> bool {
+    let mut saves = false;
+    ui.set_min_height(ui.available_height());
     ui.columns(2, |columns| {
         columns[0].label("Power arriving [% of the emitted] by bounce");
-        power_plot(&mut columns[0], results, height - 22.0);
-        columns[1].label("Unabsorbed power [%] by seconds");
-        unabsorbed_plot(&mut columns[1], results, height - 22.0);
+        power_plot(&mut columns[0], results);
+        columns[1].horizontal(|ui| {
+            ui.label("Estimated error [%] by seconds").on_hover_text(
+                "Yellow: emitted power that is still unabsorbed. White: estimate of the error relative to the mean \
+                 irradiance: what later bounces would add, and the error of sampling once it is known (dashed).",
+            );
+            let text = "Saves the curves as a table (CSV) or a picture (PNG)";
+            saves = ui.add_enabled(results.is_some(), egui::Button::new("Save…").small()).on_hover_text(text).clicked();
+        });
+        error_plot(&mut columns[1], results);
     });
+    saves
 }
 
-fn plot<'a>(name: &'static str, height: f32) -> Plot<'a> {
-    Plot::new(name).height(height.max(60.0)).include_y(0.0).allow_scroll(false).allow_drag(false).allow_zoom(false)
+/// A plot that fills what is left of its column.
+fn plot<'a>(ui: &Ui, name: &'static str) -> Plot<'a> {
+    let height = ui.available_height() - 4.0;
+    Plot::new(name)
+        .show_background(false)
+        .height(height.max(60.0))
+        .allow_scroll(false)
+        .allow_drag(false)
+        .allow_zoom(false)
 }
 
-fn power_plot(ui: &mut Ui, results: Option<&Results>, height: f32) {
-    plot("power", height).include_x(0.0).include_x(5.0).show(ui, |plot| {
+fn power_plot(ui: &mut Ui, results: Option<&Results>) {
+    plot(ui, "power").include_y(0.0).include_x(0.0).include_x(5.0).show(ui, |plot| {
         for (band, (name, colour)) in BANDS.into_iter().enumerate() {
             let powers = results.map_or(&[][..], |results| &results.powers);
             // What is emitted arrives as direct light, or escapes.
@@ -43,13 +74,29 @@ fn power_plot(ui: &mut Ui, results: Option<&Results>, height: f32) {
     });
 }
 
-fn unabsorbed_plot(ui: &mut Ui, results: Option<&Results>, height: f32) {
-    plot("unabsorbed", height).include_x(0.0).include_y(100.0).show(ui, |plot| {
-        let history = results.into_iter().flat_map(|results| results.history.iter());
-        let points: Vec<[f64; 2]> = history.map(|[seconds, fraction]| [*seconds, 100.0 * fraction]).collect();
-        let colour = Color32::from_rgb(240, 190, 80);
-        plot.line(Line::new("unabsorbed", PlotPoints::from(points.clone())).color(colour));
-        let dots = Points::new("unabsorbed", PlotPoints::from(points)).color(colour).radius(3.0);
-        plot.points(dots.shape(MarkerShape::Circle));
+/// On a logarithmic scale, down to a thousandth of a percent.
+fn error_plot(ui: &mut Ui, results: Option<&Results>) {
+    let logarithm = |fraction: f64| (100.0 * fraction).max(1e-3).log10();
+    let points = |values: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
+        values.into_iter().map(|[seconds, fraction]| [seconds, logarithm(fraction)]).collect()
+    };
+    let plot = plot(ui, "errors").include_x(0.0).include_y(2.0);
+    let plot = plot.y_axis_formatter(|mark, _| format!("{}", 10_f64.powf(mark.value)));
+    let plot = plot.y_grid_spacer(egui_plot::uniform_grid_spacer(|_| [1.0, 1.0, 1.0]));
+    plot.show(ui, |plot| {
+        let Some(results) = results else { return };
+        let curves = [
+            ("unabsorbed", Color32::from_rgb(240, 190, 80), points(results.history.clone())),
+            ("estimated error", Color32::WHITE, points(results.estimated_errors().collect())),
+        ];
+        for (name, colour, points) in curves {
+            plot.line(Line::new(name, PlotPoints::from(points.clone())).color(colour));
+            let dots = Points::new(name, PlotPoints::from(points)).color(colour).radius(2.5);
+            plot.points(dots.shape(MarkerShape::Circle));
+        }
+        if let Some(sampling) = results.relative_sampling_error.filter(|error| *error > 0.0) {
+            let line = egui_plot::HLine::new("sampling error", logarithm(sampling)).color(Color32::GRAY);
+            plot.hline(line.style(egui_plot::LineStyle::dashed_loose()));
+        }
     });
 }

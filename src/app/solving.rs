@@ -12,12 +12,14 @@ use std::{
 
 use glam::Vec3;
 
+use super::fill_unknown::fill_unknown;
 use crate::{
     gpu::ViewGeometry,
+    math::ratio_or_zero,
     scene::{LoadOptions, Material, Scene, Tessellation, area_light::AreaLightState},
     solver::{
-        Job, Message, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower, faults::Fault,
-        student_engine::HOLE_COLOUR,
+        Job, Message, Monitor, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower,
+        faults::Fault, student_engine::HOLE_COLOUR,
     },
     trace::Tracer,
 };
@@ -97,6 +99,13 @@ pub enum SolveEvent {
     Remark(&'static str),
     /// A student's function failed, for the first time.
     Fault(Fault),
+    /// How far the sum of all bounces may be off by its sampling.
+    SamplingError {
+        /// The standard error at each vertex, in W/m², the same in all bands.
+        field: Arc<Vec<Vec3>>,
+        /// The root of its mean square over the area, relative to the mean irradiance.
+        relative: f64,
+    },
     /// It has ended: complete, or cancelled with what it had.
     Finished {
         /// The solution.
@@ -115,6 +124,9 @@ pub enum SolveEvent {
 struct Shared {
     cancelled: AtomicBool,
     paused: AtomicBool,
+    /// The wish to wait or to go on, until the job is told.
+    wish: Mutex<Option<bool>>,
+    stepping: AtomicBool,
     live: Mutex<Option<Arc<Vec<Vec3>>>>,
     /// Time between two looks at the live field, in milliseconds.
     live_interval: AtomicU64,
@@ -185,7 +197,13 @@ impl Solving {
 
     /// Tells the solve to wait, or to go on.
     pub fn set_paused(&self, paused: bool) {
+        *self.shared.wish.lock().unwrap_or_else(PoisonError::into_inner) = Some(paused);
         self.shared.paused.store(paused, Relaxed);
+    }
+
+    /// Tells the solve to wait by itself before each bounce.
+    pub fn set_stepping(&self, stepping: bool) {
+        self.shared.stepping.store(stepping, Relaxed);
     }
 }
 
@@ -224,14 +242,17 @@ impl Work {
                 light: self.input.light,
                 settings: self.input.settings.clone(),
             };
+            let tessellation = Arc::clone(&elements.tessellation);
             self.send(SolveEvent::Started(elements));
             if let Some(remark) = problem.remark() {
                 self.send(SolveEvent::Remark(remark));
             }
-            Job::start(problem, 0).map_err(|error| format!("the solver's threads could not be started: {error}"))
+            let job =
+                Job::start(problem, 0).map_err(|error| format!("the solver's threads could not be started: {error}"));
+            Ok((job?, tessellation))
         });
         match job {
-            Ok(job) => self.watch(job, wake),
+            Ok((job, tessellation)) => self.watch(job, &tessellation, wake),
             Err(problem) => self.send(SolveEvent::Failed(problem)),
         }
     }
@@ -252,27 +273,21 @@ impl Work {
         Elements::new(scene, self.base.load.clone(), &self.input.settings)
     }
 
-    fn watch(&self, job: Job, wake: &impl Fn()) {
+    fn watch(&self, job: Job, tessellation: &Tessellation, wake: &impl Fn()) {
         let started = self.started;
         let mut last_live = Instant::now();
         while !job.is_finished() {
-            if self.shared.cancelled.load(Relaxed) {
-                job.monitor().cancel();
-            } else if self.shared.paused.load(Relaxed) {
-                job.monitor().pause();
-            } else {
-                job.monitor().resume();
-            }
+            self.pass_on_wishes(job.monitor());
             if let Some(message) = job.next_message(Duration::from_millis(10)) {
-                self.forward(message, started);
+                self.forward(&job, tessellation, message, started);
             }
             if last_live.elapsed() >= Duration::from_millis(self.shared.live_interval.load(Relaxed)) {
-                self.show_live(&job);
+                self.show_live(&job, &tessellation.mesh.triangles);
                 last_live = Instant::now();
                 wake();
             }
         }
-        job.messages().for_each(|message| self.forward(message, started));
+        job.messages().for_each(|message| self.forward(&job, tessellation, message, started));
         let ended = job.finish().map(|(solution, report)| SolveEvent::Finished {
             total: Arc::new(with_holes(solution.total(), &report.holes)),
             solution: Arc::new(solution),
@@ -283,14 +298,34 @@ impl Work {
         self.send(ended.unwrap_or_else(panicked));
     }
 
-    fn show_live(&self, job: &Job) {
-        let field = Arc::new(job.monitor().live_field());
+    fn pass_on_wishes(&self, monitor: &Monitor) {
+        monitor.set_stepping(self.shared.stepping.load(Relaxed));
+        if self.shared.cancelled.load(Relaxed) {
+            monitor.cancel();
+        }
+        let mut wish = self.shared.wish.lock().unwrap_or_else(PoisonError::into_inner);
+        match wish.take() {
+            Some(true) => monitor.pause(),
+            Some(false) => monitor.resume(),
+            None => self.shared.paused.store(monitor.is_paused(), Relaxed),
+        }
+    }
+
+    fn show_live(&self, job: &Job, triangles: &[[u32; 3]]) {
+        let known = job.monitor().known();
+        let mut field = job.monitor().live_field();
+        fill_unknown(&mut field, known, triangles);
+        let field = Arc::new(field);
         *self.shared.live.lock().unwrap_or_else(PoisonError::into_inner) = Some(field);
     }
 
-    fn forward(&self, message: Message, started: Instant) {
+    fn forward(&self, job: &Job, tessellation: &Tessellation, message: Message, started: Instant) {
         self.send(match message {
             Message::Progress(progress) => SolveEvent::Progress(progress),
+            Message::SamplingError(errors) => SolveEvent::SamplingError {
+                relative: relative_error(tessellation, &errors, &job.monitor().live_field()),
+                field: Arc::new(errors.iter().map(|error| Vec3::splat(*error)).collect()),
+            },
             Message::Bounce { irradiance, power, .. } => {
                 SolveEvent::Bounce { irradiance, power, seconds: started.elapsed().as_secs_f64() }
             }
@@ -302,4 +337,16 @@ impl Work {
     fn send(&self, event: SolveEvent) {
         let _ = self.sender.send(event);
     }
+}
+
+/// Root mean square over the area of an error at the vertices, by the mean of a field.
+fn relative_error(tessellation: &Tessellation, errors: &[f32], field: &[Vec3]) -> f64 {
+    let (mut squares, mut sum, mut area) = (0.0, 0.0, 0.0);
+    for ((error, value), weight) in errors.iter().zip(field).zip(tessellation.vertex_areas()) {
+        let weight = f64::from(weight);
+        squares += weight * f64::from(*error).powi(2);
+        sum += weight * f64::from(value.element_sum()) / 3.0;
+        area += weight;
+    }
+    ratio_or_zero(ratio_or_zero(squares, area).sqrt(), ratio_or_zero(sum, area))
 }

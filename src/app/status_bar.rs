@@ -30,8 +30,8 @@ pub(super) fn ui(ui: &mut Ui, status: &Status<'_>) {
         }
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let Summary { mean, worst, longest_in_solve, .. } = status.frames;
-            let tooltip = "Milliseconds of the thread that draws: mean and worst frame of the last second, \
-                and the longest since the last solve began, while it ran";
+            let tooltip = "Milliseconds of the thread that draws: mean and worst frame of the last second, and the \
+                longest since the last solve began, while it ran. F4 tells the stages";
             let text = format!("frame {mean:.1} / {worst:.1} ms, solving {longest_in_solve:.1} ms");
             ui.label(text).on_hover_text(tooltip);
             ui.separator();

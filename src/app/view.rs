@@ -9,7 +9,7 @@ use super::{
     picked::Picked,
     solving::Elements,
     vertex_rays,
-    view_settings::{Source, ViewField, ViewSettings},
+    view_settings::{ViewField, ViewSettings},
 };
 use crate::{
     gpu::{ViewFrame, false_color, paint_callback},
@@ -105,7 +105,7 @@ fn view_ui(
         painter.circle_stroke(place, 5.0, Stroke::new(1.0, Color32::WHITE));
     }
     label(&painter, rect.left_top() + Points::new(8.0, 8.0), Align2::LEFT_TOP, &(settings.title() + scenery.remark));
-    if (settings.false_colour || settings.source == Source::Difference) && !settings.shown.is_unlit() {
+    if settings.has_legend() {
         legend(&painter, rect, settings, field.bright);
     }
     if response.dragged_by(egui::PointerButton::Primary) {

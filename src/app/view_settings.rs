@@ -30,11 +30,15 @@ pub enum Shown {
     Albedo,
     /// Shading normals.
     Normals,
+    /// Standard error by sampling.
+    SamplingError,
+    /// Error against a truth.
+    TruthError,
 }
 
 impl Shown {
     /// All of them, in the order of the key V.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Radiosity,
         Self::Irradiance,
         Self::Direct,
@@ -43,6 +47,8 @@ impl Shown {
         Self::UpToBounce,
         Self::Albedo,
         Self::Normals,
+        Self::SamplingError,
+        Self::TruthError,
     ];
 
     /// Its name in the panel.
@@ -56,6 +62,8 @@ impl Shown {
             Self::UpToBounce => "up to",
             Self::Albedo => "albedo",
             Self::Normals => "normals",
+            Self::SamplingError => "sampling error",
+            Self::TruthError => "truth error",
         }
     }
 
@@ -70,6 +78,11 @@ impl Shown {
             Self::UpToBounce => "Radiosity if light stopped after that many reflections",
             Self::Albedo => "Reflectance of the surfaces, without light",
             Self::Normals => "Direction of the surface as a colour",
+            Self::SamplingError => {
+                "Standard error of the irradiance by its samples, from the scatter of four blocks of them; \
+                 once the solve is done. For Sobol and stratified points it is rather too large"
+            }
+            Self::TruthError => "How far the irradiance is from the truth at the points around (panel Solution)",
         }
     }
 
@@ -82,6 +95,11 @@ impl Shown {
     /// True if it is told by the number of a bounce.
     pub fn has_bounce(self) -> bool {
         matches!(self, Self::Bounce | Self::UpToBounce)
+    }
+
+    /// True if it is shown in false colours only.
+    pub fn is_error(self) -> bool {
+        matches!(self, Self::SamplingError | Self::TruthError)
     }
 
     /// True if it has no light in it.
@@ -168,7 +186,7 @@ impl ViewField {
     pub fn update(&mut self, settings: &ViewSettings, present: &Results, other: Option<&Results>) {
         let made_of = MadeOf {
             settings: (settings.shown, settings.bounce, settings.source),
-            present: (Arc::clone(&present.total), present.bounces.len()),
+            present: (field_behind(settings, present), present.bounces.len()),
             other: other.map(|other| Arc::clone(&other.total)),
         };
         if self.made_of.as_ref().is_some_and(|before| before.is_same(&made_of)) {
@@ -206,9 +224,21 @@ impl MadeOf {
     }
 }
 
+/// The field that changes when what is shown has to.
+fn field_behind(settings: &ViewSettings, results: &Results) -> Field {
+    let behind = match settings.shown {
+        Shown::SamplingError => results.sampling_error.as_ref(),
+        Shown::TruthError => results.truth.as_ref().map(|truth| &truth.field),
+        _ => None,
+    };
+    Arc::clone(behind.unwrap_or(&results.total))
+}
+
 fn field_of(settings: &ViewSettings, results: &Results) -> Field {
     match settings.shown {
         Shown::Radiosity | Shown::Irradiance | Shown::Albedo | Shown::Normals => Arc::clone(&results.total),
+        Shown::SamplingError => results.sampling_error.clone().unwrap_or_else(|| results.sum(1, 0)),
+        Shown::TruthError => results.truth.as_ref().map_or_else(|| results.sum(1, 0), |truth| Arc::clone(&truth.field)),
         // Until bounce 0 is complete, the live field is direct light and nothing else.
         Shown::Direct => results.bounces.first().map_or_else(|| Arc::clone(&results.total), Arc::clone),
         Shown::Indirect => results.sum(1, usize::MAX),
@@ -236,15 +266,22 @@ fn bright_value(field: &Field) -> f32 {
 impl ViewSettings {
     /// How the surfaces are shaded, with the false colours' range by a field's bright value.
     pub fn shading(&self, bright: f32) -> Shading {
-        if (self.false_colour || self.source == Source::Difference) && !self.shown.is_unlit() {
+        if self.has_legend() {
             return Shading::FalseColor(self.range(bright));
         }
         match self.shown {
             Shown::Radiosity | Shown::UpToBounce => Shading::Radiosity,
             Shown::Irradiance | Shown::Direct | Shown::Indirect | Shown::Bounce => Shading::Irradiance,
+            Shown::SamplingError | Shown::TruthError => Shading::Irradiance,
             Shown::Albedo => Shading::Albedo,
             Shown::Normals => Shading::Normals,
         }
+    }
+
+    /// True if false colours are shown.
+    pub fn has_legend(&self) -> bool {
+        let asked = self.false_colour || self.source == Source::Difference || self.shown.is_error();
+        asked && !self.shown.is_unlit()
     }
 
     /// The false colours' range; a logarithmic one spans three decades.

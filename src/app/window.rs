@@ -26,6 +26,7 @@ pub fn run(opened: OpenedScene) -> anyhow::Result<()> {
             .with_min_inner_size([480.0, 320.0])
             .with_drag_and_drop(true),
         persist_window: false,
+        dithering: false,
         ..Default::default()
     };
     let create: eframe::AppCreator<'_> =

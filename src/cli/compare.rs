@@ -14,9 +14,10 @@ use crate::{
         metrics::{
             Agreement, ErrorSummary, Estimates, Field, FieldErrors, PartErrors, agreement, bounce_errors, field_errors,
         },
-        surface_points::{area_uniform_points, locate},
+        surface_points::area_uniform_points,
         truth_file::{self, TruthFile, TruthValue},
     },
+    files::truth_comparison::{compare_with_truth as compare_with_truth_file, values_of},
     scene::Scene,
     solver::Solution,
     trace::Tracer,
@@ -147,31 +148,11 @@ fn compare_with_truth(args: &CompareArgs, truth: &TruthFile) -> anyhow::Result<C
     let Some(scene) = &args.scene else {
         bail!("a solution is compared with a truth file at its points, which needs the scene; give --scene SCENE");
     };
-    let values = values_of(truth, &args.b)?;
     let (field, scene): (_, std::sync::Arc<Scene>) = solved_scene::open_field(&args.a, scene)?;
     let tracer = Tracer::new(scene.clone());
-    let rebuilt: Vec<Option<(DVec3, DVec3)>> = truth
-        .points
-        .par_iter()
-        .map(|point| {
-            let (triangle, place) = locate(&scene, &tracer, point)?;
-            let (direct, total) = field.at(triangle, place);
-            Some((direct.as_dvec3(), total.as_dvec3()))
-        })
-        .collect();
-    let off_surface = rebuilt.iter().filter(|value| value.is_none()).count();
-    if off_surface == rebuilt.len() {
-        bail!("{}: none of its points lies on a surface of the scene; is it of this scene?", args.b.display());
-    }
-    let (estimate, known): (Vec<_>, Vec<_>) = rebuilt
-        .into_iter()
-        .zip(values)
-        .filter_map(|(value, truth)| Some((value?, (truth.direct, truth.total))))
-        .unzip();
-    let (direct, total): (Vec<_>, Vec<_>) = estimate.into_iter().unzip();
-    let (true_direct, true_total): (Vec<_>, Vec<_>) = known.into_iter().unzip();
-    let errors =
-        field_errors(Field { direct: &direct, total: &total }, Field { direct: &true_direct, total: &true_total });
+    let at = |triangle, place| field.at(triangle, place);
+    let compared = compare_with_truth_file(&scene, &tracer, at, (truth, &args.b))?;
+    let (errors, off_surface) = (compared.errors, compared.off_surface);
     Ok(Comparison { errors, bounces: Vec::new(), off_surface, agreement: None })
 }
 
@@ -201,12 +182,6 @@ fn compare_truths(args: &CompareArgs, a: &TruthFile, b: &TruthFile) -> anyhow::R
         1e-4 * errors.all.mean_truth,
     );
     Ok(Comparison { errors, bounces: Vec::new(), off_surface: 0, agreement: Some(agreement) })
-}
-
-fn values_of<'a>(file: &'a TruthFile, path: &Path) -> anyhow::Result<&'a [TruthValue]> {
-    let values = file.values.as_deref().filter(|values| !values.is_empty());
-    values
-        .with_context(|| format!("{}: holds points alone; compute their values with `radiosity truth`", path.display()))
 }
 
 fn in_double(values: &[Vec3]) -> Vec<DVec3> {

@@ -213,6 +213,7 @@ fn show(message: &Message, progress: &mut Progress) {
             progress.line(&format!("bounce {index:2}: {red:.4} {green:.4} {blue:.4} W arriving"));
         }
         Message::Fault(fault) => progress.line(&format!("src/student: {fault}")),
+        Message::SamplingError(_) => {}
     }
 }
 

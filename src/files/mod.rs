@@ -4,6 +4,7 @@ pub mod lightmap_export;
 pub mod loaded_scene;
 pub mod mesh_export;
 pub mod solved_field;
+pub mod truth_comparison;
 
 use std::{
     fs::File,

@@ -7,11 +7,12 @@ pub const WGSL: &str = include_str!("blit.wgsl");
 pub(super) struct Blit {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
+    sampler: wgpu::Sampler,
 }
 
 /// One picture and its place in the window.
 pub(super) struct BlitInputs {
-    origin: wgpu::Buffer,
+    place: wgpu::Buffer,
     group: wgpu::BindGroup,
 }
 
@@ -49,27 +50,34 @@ impl Blit {
             multiview_mask: None,
             cache: None,
         });
-        Self { pipeline, layout }
+        // Where a texel is a pixel, its middle is sampled, and so its own value.
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("blit"),
+            mag_filter: wgpu::FilterMode::Linear,
+            ..wgpu::SamplerDescriptor::default()
+        });
+        Self { pipeline, layout, sampler }
     }
 
     /// Bindings of a picture, at the window's top left corner.
     pub(super) fn inputs(&self, device: &wgpu::Device, picture: &wgpu::TextureView) -> BlitInputs {
-        let origin = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("blit origin"),
+        let place = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("blit place"),
             size: 16,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         let entries = [
             wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(picture) },
-            wgpu::BindGroupEntry { binding: 1, resource: origin.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 1, resource: place.as_entire_binding() },
+            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&self.sampler) },
         ];
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("blit"),
             layout: &self.layout,
             entries: &entries,
         });
-        BlitInputs { origin, group }
+        BlitInputs { place, group }
     }
 
     /// Copies a picture into a pass over the window.
@@ -81,9 +89,10 @@ impl Blit {
 }
 
 impl BlitInputs {
-    /// Moves the picture's top left corner to this pixel of the window.
-    pub(super) fn place(&self, queue: &wgpu::Queue, [x, y]: [i32; 2]) {
-        queue.write_buffer(&self.origin, 0, bytemuck::bytes_of(&[x, y, 0, 0]));
+    /// Moves the picture's top left corner to this pixel of the window, and gives it this size there.
+    pub(super) fn place(&self, queue: &wgpu::Queue, [x, y]: [i32; 2], size: [u32; 2]) {
+        let [across, down] = size.map(|pixels| 1.0 / pixels.max(1) as f32);
+        queue.write_buffer(&self.place, 0, bytemuck::bytes_of(&[x as f32, y as f32, across, down]));
     }
 }
 
@@ -91,17 +100,21 @@ fn bindings(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let entry =
         |binding, ty| wgpu::BindGroupLayoutEntry { binding, visibility: wgpu::ShaderStages::FRAGMENT, ty, count: None };
     let picture = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: false },
+        sample_type: wgpu::TextureSampleType::Float { filterable: true },
         view_dimension: wgpu::TextureViewDimension::D2,
         multisampled: false,
     };
-    let origin = wgpu::BindingType::Buffer {
+    let place = wgpu::BindingType::Buffer {
         ty: wgpu::BufferBindingType::Uniform,
         has_dynamic_offset: false,
         min_binding_size: None,
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("blit"),
-        entries: &[entry(0, picture), entry(1, origin)],
+        entries: &[
+            entry(0, picture),
+            entry(1, place),
+            entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
+        ],
     })
 }

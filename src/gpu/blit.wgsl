@@ -1,8 +1,9 @@
-// Copies a picture of sRGB-coded values, pixel by pixel.
+// Copies a picture of sRGB-coded values, pixel by pixel or magnified.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
-// Its top left pixel in the window; zw unused.
-@group(0) @binding(1) var<uniform> origin: vec4i;
+// xy: its top left pixel in the window. zw: 1 / its size in pixels of the window.
+@group(0) @binding(1) var<uniform> place: vec4f;
+@group(0) @binding(2) var picture_sampler: sampler;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
@@ -11,8 +12,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 }
 
 fn pixel(position: vec4f) -> vec4f {
-    let last = vec2i(textureDimensions(picture)) - 1;
-    return textureLoad(picture, clamp(vec2i(position.xy) - origin.xy, vec2i(0), last), 0);
+    return textureSampleLevel(picture, picture_sampler, (position.xy - place.xy) * place.zw, 0.0);
 }
 
 // For a window that takes sRGB-coded values.

@@ -14,6 +14,11 @@ pub fn install(render_state: &RenderState) {
     render_state.renderer.write().callback_resources.insert(viewer);
 }
 
+/// True for a driver that draws on the processor's own cores.
+pub fn is_software(render_state: &RenderState) -> bool {
+    render_state.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+}
+
 /// The shape that shows a frame in `rect` (points): `ui.painter().add(paint_callback(rect, ppp, frame))`. Sets the
 /// frame's size in pixels. Nothing is shown where [`install`] was not called.
 pub fn paint_callback(rect: Rect, pixels_per_point: f32, mut frame: ViewFrame) -> PaintCallback {
@@ -41,7 +46,7 @@ impl CallbackTrait for Shown {
     ) -> Vec<wgpu::CommandBuffer> {
         if let Some(viewer) = resources.get_mut::<Viewer>() {
             viewer.draw(device, queue, encoder, &self.frame);
-            viewer.place(queue, self.frame.view, self.origin);
+            viewer.place(queue, self.frame.view, self.origin, self.frame.size);
         }
         Vec::new()
     }

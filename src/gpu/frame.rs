@@ -84,9 +84,16 @@ pub struct ViewFrame {
     pub light_outline: Option<Vec3>,
     /// Four samples a pixel along the edges of surfaces.
     pub antialias: bool,
+    /// A quarter of the pixels, magnified: for a software driver whose time somebody else needs.
+    pub half_size: bool,
 }
 
 impl ViewFrame {
+    /// Width and height in pixels of the picture that is drawn.
+    pub(super) fn picture_size(&self) -> [u32; 2] {
+        if self.half_size { self.size.map(|pixels| pixels.div_ceil(2)) } else { self.size }
+    }
+
     /// Samples a pixel.
     pub(super) fn samples(&self) -> u32 {
         if self.antialias { 4 } else { 1 }

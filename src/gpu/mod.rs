@@ -25,7 +25,7 @@ pub mod viewer;
 pub mod wireframe;
 
 #[cfg(feature = "app")]
-pub use callback::{install, paint_callback};
+pub use callback::{install, is_software, paint_callback};
 pub use frame::{FalseColorRange, Shading, ViewFrame};
 pub use geometry::ViewGeometry;
 pub use projection::{project, view_projection};

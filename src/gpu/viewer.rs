@@ -3,6 +3,7 @@
 use std::{
     collections::BTreeMap,
     sync::{Arc, Weak},
+    time::{Duration, Instant},
 };
 
 use glam::Vec3;
@@ -31,6 +32,7 @@ pub struct Viewer {
     passes: BTreeMap<u32, Passes>,
     meshes: Vec<(Weak<ViewGeometry>, Arc<MeshBuffers>)>,
     views: BTreeMap<u64, ViewState>,
+    busy: Duration,
 }
 
 struct Passes {
@@ -83,6 +85,7 @@ impl Viewer {
             passes: BTreeMap::new(),
             meshes: Vec::new(),
             views: BTreeMap::new(),
+            busy: Duration::ZERO,
         }
     }
 
@@ -94,7 +97,25 @@ impl Viewer {
         encoder: &mut wgpu::CommandEncoder,
         frame: &ViewFrame,
     ) -> bool {
-        let frame = &ViewFrame { size: drawable_size(device, frame.size), ..frame.clone() };
+        let started = Instant::now();
+        let drawn = self.draw_unmeasured(device, queue, encoder, frame);
+        self.busy += started.elapsed();
+        drawn
+    }
+
+    /// What [`Viewer::draw`] took since the last call, on the thread that called it.
+    pub fn take_busy_time(&mut self) -> Duration {
+        std::mem::take(&mut self.busy)
+    }
+
+    fn draw_unmeasured(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &ViewFrame,
+    ) -> bool {
+        let frame = &ViewFrame { size: drawable_size(device, frame.picture_size()), ..frame.clone() };
         let samples = frame.samples();
         let mesh = self.mesh(device, queue, &frame.geometry);
         let passes = self.passes.entry(samples).or_insert_with(|| Passes {
@@ -125,10 +146,10 @@ impl Viewer {
         true
     }
 
-    /// Moves a view's top left corner to this pixel of the window.
-    pub fn place(&self, queue: &wgpu::Queue, view: u64, origin: [i32; 2]) {
+    /// Moves a view's top left corner to this pixel of the window, and gives it this size there, in pixels.
+    pub fn place(&self, queue: &wgpu::Queue, view: u64, origin: [i32; 2], size: [u32; 2]) {
         if let Some(view) = self.views.get(&view) {
-            view.shown.place(queue, origin);
+            view.shown.place(queue, origin, size);
         }
     }
 

@@ -3,7 +3,7 @@
 //! Every vertex traces its gather rays once, and its direct light from the origins that turned out not to be buried.
 //! Later bounces are sums over the kept rows; rows beyond the memory budget are traced again, to the same bits.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -37,6 +37,8 @@ struct Solve<'a> {
 struct Traced {
     rows: RowChunk,
     direct: Vec<Vec3>,
+    /// Squared standard errors of `direct`.
+    direct_errors: Vec<Vec3>,
     buried: Vec<bool>,
     shadow_rays: ShadowRays,
     gather_seconds: f64,
@@ -52,12 +54,16 @@ pub(super) fn solve(problem: &Problem, monitor: &Monitor, lights: Lights, report
     let buried: Vec<bool> = traced.iter().flat_map(|chunk| chunk.buried.iter().copied()).collect();
     let mut direct: Vec<Vec3> = traced.iter().flat_map(|chunk| chunk.direct.iter().copied()).collect();
     fill(problem, monitor, &solve.origins, &mut direct, &buried);
+    let direct_errors: Vec<Vec3> = traced.iter().flat_map(|chunk| chunk.direct_errors.iter().copied()).collect();
     let rows: Vec<RowChunk> = traced.into_iter().map(|chunk| chunk.rows).collect();
     let bounces = bounce_on(problem, monitor, &solve.lights, direct, report, |bounces, report| {
         let mut next = solve.next_bounce(&bounces[bounces.len() - 1], &rows, report);
         fill(problem, monitor, &solve.origins, &mut next, &buried);
         next
     });
+    if monitor.is_watched() && !monitor.is_cancelled() {
+        monitor.announce_sampling_error(solve.sampling_error(&bounces, &rows, direct_errors));
+    }
     report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
     Computed { bounces, buried }
 }
@@ -116,7 +122,14 @@ impl Solve<'_> {
         let work = self.vertex_count() as u64;
         self.monitor.enter_stage(Stage::Tracing, 0, work, 1.0);
         let chunk_count = self.vertex_count().div_ceil(self.chunk_size());
-        (0..chunk_count).into_par_iter().map(|chunk| self.trace_chunk(chunk, rays)).collect()
+        // Neighbours have numbers near each other; taken far apart, a picture is whole long before it is done.
+        let order = spread_order(chunk_count);
+        let traced: Vec<Traced> = order.par_iter().map(|&chunk| self.trace_chunk(chunk, rays)).collect();
+        let mut in_place: Vec<Option<Traced>> = order.iter().map(|_| None).collect();
+        for (chunk, traced) in order.into_iter().zip(traced) {
+            in_place[chunk] = Some(traced);
+        }
+        in_place.into_iter().flatten().collect()
     }
 
     fn trace_chunk(&self, chunk: usize, rays: u32) -> Traced {
@@ -125,6 +138,7 @@ impl Solve<'_> {
         let mut traced = Traced {
             rows: RowChunk::default(),
             direct: Vec::with_capacity(count),
+            direct_errors: Vec::with_capacity(count),
             buried: Vec::with_capacity(count),
             shadow_rays: ShadowRays::default(),
             gather_seconds: 0.0,
@@ -139,6 +153,7 @@ impl Solve<'_> {
         }
         self.monitor.advance(count as u64, traced.rows.rays + traced.shadow_rays.traced);
         traced.direct.resize(count, Vec3::ZERO);
+        traced.direct_errors.resize(count, Vec3::ZERO);
         traced.buried.resize(count, false);
         traced
     }
@@ -155,16 +170,36 @@ impl Solve<'_> {
             is_cancelled: &|| self.monitor.is_cancelled(),
         };
         let started = Instant::now();
-        let Traced { rows, direct, buried, shadow_rays, direct_seconds, .. } = traced;
+        let Traced { rows, direct, direct_errors, buried, shadow_rays, direct_seconds, .. } = traced;
         self.transport(rays).trace(vertices, rows, &|| self.monitor.is_cancelled(), |vertex, usable, found| {
             let since = Instant::now();
-            let irradiance = found + direct_light.irradiance(vertex, usable, shadow_rays);
+            let (sampled, squared_error) = direct_light.irradiance(vertex, usable, shadow_rays);
+            let irradiance = found + sampled;
             self.monitor.add_live(vertex as usize, irradiance);
             direct.push(irradiance);
+            direct_errors.push(squared_error);
             buried.push(usable.is_empty() && !self.origins.elements_around(vertex).is_empty());
             *direct_seconds += since.elapsed().as_secs_f64();
         });
         traced.gather_seconds = started.elapsed().as_secs_f64() - traced.direct_seconds;
+    }
+
+    /// The standard error of the sum of all bounces at each vertex [W/m²], the root of its mean square over the bands:
+    /// that of the samples on the lights, and that of one gather of the light of all bounces. Not in it is light of
+    /// emissive triangles that gather rays found, and the error of what they saw, which is a mean of many others.
+    fn sampling_error(&self, bounces: &[Arc<Vec<Vec3>>], rows: &[RowChunk], direct_errors: Vec<Vec3>) -> Vec<f32> {
+        let mut squared = direct_errors;
+        let mut total = vec![Vec3::ZERO; self.vertex_count()];
+        for bounce in &bounces[..bounces.len() - 1] {
+            total.iter_mut().zip(bounce.iter()).for_each(|(sum, value)| *sum += *value);
+        }
+        if self.keeps_rows() {
+            let transport = self.transport(self.settings().rays);
+            squared.par_chunks_mut(self.chunk_size()).zip(rows).for_each(|(squared, rows)| {
+                transport.squared_errors(rows, &total, |index, error| squared[index] += error);
+            });
+        }
+        squared.into_iter().map(|error| (error.element_sum() / 3.0).sqrt()).collect()
     }
 
     /// E_{n+1} = T E_n over the kept rows, or over rows traced anew.
@@ -198,6 +233,25 @@ impl Solve<'_> {
         report.gather_rays += chunks.iter().map(|(_, rays)| rays).sum::<u64>();
         chunks.into_iter().flat_map(|(irradiance, _)| irradiance).collect()
     }
+}
+
+/// The numbers below `count` in an order that leaves no part of them out for long: steps of the golden section.
+fn spread_order(count: usize) -> Vec<usize> {
+    let divisor = |mut a: usize, mut b: usize| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let golden = (count as f64 * 0.618_033_988_749_895) as usize;
+    let step = (golden.max(1)..).find(|&step| divisor(step, count) == 1).unwrap_or(1);
+    let mut next = 0;
+    let place = |_| {
+        let place = next;
+        next = (next + step) % count;
+        place
+    };
+    (0..count).map(place).collect()
 }
 
 fn enter_traced(traced: &[Traced], report: &mut SolveReport) {

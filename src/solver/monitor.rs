@@ -57,10 +57,15 @@ pub enum Message {
     },
     /// A student's function failed, for the first time.
     Fault(Fault),
+    /// All bounces are done; how far the sum may be off by its sampling.
+    SamplingError(Arc<Vec<f32>>),
 }
 
 /// Time between two progress messages.
 const PROGRESS_INTERVAL: Duration = Duration::from_millis(50);
+
+/// The bits of a value that is not known yet: no number that is computed has them.
+const UNKNOWN: u32 = u32::MAX;
 
 /// Shared between a solve and its watchers.
 #[derive(Debug)]
@@ -68,6 +73,7 @@ pub struct Monitor {
     cancelled: AtomicBool,
     paused: Mutex<bool>,
     unpaused: Condvar,
+    stepping: AtomicBool,
     sender: Option<Sender<Message>>,
     started: Instant,
     paused_nanos: AtomicU64,
@@ -97,6 +103,7 @@ impl Monitor {
             cancelled: AtomicBool::new(false),
             paused: Mutex::new(false),
             unpaused: Condvar::new(),
+            stepping: AtomicBool::new(false),
             sender,
             started: now,
             paused_nanos: AtomicU64::new(0),
@@ -104,7 +111,7 @@ impl Monitor {
             stage: Mutex::new(stage),
             work_done: AtomicU64::new(0),
             rays: AtomicU64::new(0),
-            live: (0..3 * vertex_count).map(|_| AtomicU32::new(0)).collect(),
+            live: (0..3 * vertex_count).map(|_| AtomicU32::new(UNKNOWN)).collect(),
         }
     }
 
@@ -130,6 +137,21 @@ impl Monitor {
         self.unpaused.notify_all();
     }
 
+    /// True while the solve is asked to wait.
+    pub fn is_paused(&self) -> bool {
+        *self.paused.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Asks the solve to pause by itself before each bounce after the direct light.
+    pub fn set_stepping(&self, stepping: bool) {
+        self.stepping.store(stepping, Relaxed);
+    }
+
+    /// Which vertices have a value by now.
+    pub fn known(&self) -> Vec<bool> {
+        self.live.chunks_exact(3).map(|bits| bits[0].load(Relaxed) != UNKNOWN).collect()
+    }
+
     /// The total irradiance [W/m²] at each vertex as far as it is known now.
     pub fn live_field(&self) -> Vec<Vec3> {
         self.live.chunks_exact(3).map(|bits| Vec3::from_array([0, 1, 2].map(|band| load(&bits[band])))).collect()
@@ -145,6 +167,12 @@ impl Monitor {
         let guard = self.unpaused.wait_while(guard, |paused| *paused && !self.is_cancelled());
         drop(guard);
         self.paused_nanos.fetch_add(since.elapsed().as_nanos() as u64, Relaxed);
+    }
+
+    pub(super) fn pause_if_stepping(&self) {
+        if self.stepping.load(Relaxed) && !self.is_cancelled() {
+            self.pause();
+        }
     }
 
     pub(super) fn enter_stage(&self, stage: Stage, bounce: u32, work: u64, unabsorbed: f64) {
@@ -183,6 +211,12 @@ impl Monitor {
         self.sender.is_some()
     }
 
+    pub(super) fn announce_sampling_error(&self, error: Vec<f32>) {
+        if let Some(sender) = &self.sender {
+            let _ = sender.send(Message::SamplingError(Arc::new(error)));
+        }
+    }
+
     /// How far the solve has come.
     pub fn progress(&self) -> Progress {
         let state = *self.stage.lock().unwrap_or_else(PoisonError::into_inner);
@@ -212,5 +246,8 @@ impl Monitor {
 }
 
 fn load(bits: &AtomicU32) -> f32 {
-    f32::from_bits(bits.load(Relaxed))
+    match bits.load(Relaxed) {
+        UNKNOWN => 0.0,
+        known => f32::from_bits(known),
+    }
 }

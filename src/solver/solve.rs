@@ -147,6 +147,8 @@ pub(super) fn bounce_on(
         if is_done || lights.is_empty() || monitor.is_cancelled() {
             return bounces;
         }
+        monitor.pause_if_stepping();
+        monitor.wait_while_paused();
         monitor.enter_stage(Stage::Bouncing, index + 1, work, unabsorbed);
         let next = next_bounce(&bounces, report);
         if monitor.is_cancelled() {

@@ -7,6 +7,7 @@ use glam::{Vec2, Vec3};
 use super::{
     lights::{FinderCounts, Lights, area_to_solid_angle},
     origins::origin_of_sample,
+    rows::{BLOCKS, block_ends_of, squared_error},
     sampling::{area_light_point, cosine_pdf_solid_angle, triangle_point},
 };
 use crate::{
@@ -48,16 +49,20 @@ pub struct DirectContext<'a> {
 const SAMPLES_PER_LOOK: u32 = 4096;
 
 impl DirectContext<'_> {
-    /// Direct irradiance [W/m²] at a vertex whose rays start from `origins` in turn; 0 without origins.
-    pub fn irradiance(&self, vertex: u32, origins: &[SurfacePoint], rays: &mut ShadowRays) -> Vec3 {
+    /// Direct irradiance [W/m²] at a vertex whose rays start from `origins` in turn, and its squared standard error by
+    /// the scatter of blocks of samples; 0 without origins.
+    pub fn irradiance(&self, vertex: u32, origins: &[SurfacePoint], rays: &mut ShadowRays) -> (Vec3, Vec3) {
         if origins.is_empty() || self.light_rays == 0 {
-            return Vec3::ZERO;
+            return (Vec3::ZERO, Vec3::ZERO);
         }
+        let ends = block_ends_of(self.light_rays);
+        let starts: [u32; BLOCKS] = std::array::from_fn(|block| if block == 0 { 0 } else { ends[block - 1] });
+        let mut blocks: [(Vec3, u32); BLOCKS] = std::array::from_fn(|block| (Vec3::ZERO, ends[block] - starts[block]));
         let mut sum = Vec3::ZERO;
         if let Some(light) = &self.lights.area_light {
             if origins.iter().any(|origin| may_shine_on(light, origin)) {
                 let (normal, area) = (light.normal(), light.area());
-                sum += self.sum_over(vertex, origins, Stream::AreaLight, |origin, point| {
+                sum += self.sum_over(vertex, origins, Stream::AreaLight, &mut blocks, |origin, point| {
                     // One term of eq. 3, the density being one over the area.
                     let position = area_light_point(light, point);
                     let weight = geometry_term(origin, position, normal) * area;
@@ -68,10 +73,11 @@ impl DirectContext<'_> {
             }
         }
         if !self.lights.emitters.is_empty() {
-            sum += self
-                .sum_over(vertex, origins, Stream::Emitters, |origin, point| self.emitters_term(origin, point, rays));
+            sum += self.sum_over(vertex, origins, Stream::Emitters, &mut blocks, |origin, point| {
+                self.emitters_term(origin, point, rays)
+            });
         }
-        sum / self.light_rays as f32
+        (sum / self.light_rays as f32, squared_error(blocks))
     }
 
     fn sum_over(
@@ -79,14 +85,21 @@ impl DirectContext<'_> {
         vertex: u32,
         origins: &[SurfacePoint],
         stream: Stream,
+        blocks: &mut [(Vec3, u32); BLOCKS],
         mut estimate: impl FnMut(&SurfacePoint, Vec2) -> Vec3,
     ) -> Vec3 {
         let sequence = Sequence::new(self.sampler, self.seed, vertex, stream, self.light_rays);
+        let (ends, mut block) = (block_ends_of(self.light_rays), 0);
         (0..self.light_rays)
             .take_while(|index| index % SAMPLES_PER_LOOK != 0 || !(self.is_cancelled)())
             .map(|index| {
                 let origin = &origins[origin_of_sample(index, self.light_rays, origins.len())];
-                estimate(origin, sequence.sample_2d(index))
+                let term = estimate(origin, sequence.sample_2d(index));
+                while index >= ends[block] {
+                    block += 1;
+                }
+                blocks[block].0 += term;
+                term
             })
             .sum()
     }

@@ -24,12 +24,17 @@ struct RowEntry {
     barycentric: [u16; 2],
 }
 
+/// A row is made of this many blocks of consecutive samples, which tell its sampling error: see [`Transport::squared_errors`].
+pub const BLOCKS: usize = 4;
+
 /// The rows of a run of vertices.
 #[derive(Clone, Debug, Default)]
 pub struct RowChunk {
     entries: Vec<RowEntry>,
     /// For each vertex: where its entries end, and how many rays its value is the mean of (0 if it is buried).
     rows: Vec<(u32, u32)>,
+    /// For each vertex and block of samples: where its entries end, counted from the row's start, and its rays.
+    blocks: Vec<[(u32, u32); BLOCKS]>,
     /// Rays that were traced for this chunk.
     pub rays: u64,
     /// Rays that needed no tracing: they start into their own surface.
@@ -39,12 +44,12 @@ pub struct RowChunk {
 impl RowChunk {
     /// Bytes that the chunk occupies.
     pub fn bytes(&self) -> usize {
-        self.entries.capacity() * size_of::<RowEntry>() + self.rows.capacity() * size_of::<(u32, u32)>()
+        self.entries.capacity() * size_of::<RowEntry>() + self.rows.capacity() * size_of::<[(u32, u32); BLOCKS + 1]>()
     }
 
     /// Gives the rows' memory back and keeps the counts.
     pub fn forget_rows(&mut self) {
-        (self.entries, self.rows) = Default::default();
+        (self.entries, self.rows, self.blocks) = Default::default();
     }
 }
 
@@ -90,10 +95,12 @@ impl Transport<'_> {
             let start = chunk.entries.len();
             runs.clear();
             runs.resize(origins.len(), Run::default());
-            if !self.trace_row(vertex, &origins, chunk, &mut runs, is_cancelled) {
+            let mut block_ends = [0; BLOCKS];
+            if !self.trace_row(vertex, &origins, chunk, &mut runs, &mut block_ends, is_cancelled) {
                 chunk.entries.truncate(start);
                 return false;
             }
+            chunk.blocks.push(self.blocks(block_ends, &runs));
             let kept = drop_buried(&mut chunk.entries, start, &mut origins, &runs);
             chunk.rows.push((chunk.entries.len() as u32, kept.rays));
             receive(vertex, &origins, kept.emission / kept.rays.max(1) as f32);
@@ -108,16 +115,23 @@ impl Transport<'_> {
         origins: &[SurfacePoint],
         chunk: &mut RowChunk,
         runs: &mut [Run],
+        block_ends: &mut [u32; BLOCKS],
         is_cancelled: &dyn Fn() -> bool,
     ) -> bool {
+        let start = chunk.entries.len();
         let Some(first) = origins.first() else {
             return true;
         };
         let sequence = Sequence::new(self.sampler, self.seed, vertex, Stream::Hemisphere, self.rays);
         let basis = frame(first.shading_normal);
+        let (sample_ends, mut block) = (block_ends_of(self.rays), 0);
         for index in 0..self.rays {
             if index % RAYS_PER_LOOK == 0 && is_cancelled() {
                 return false;
+            }
+            while index == sample_ends[block] {
+                block_ends[block] = (chunk.entries.len() - start) as u32;
+                block += 1;
             }
             let place = origin_of_sample(index, self.rays, origins.len());
             let direction = basis * cosine_direction(sequence.sample_2d(index));
@@ -140,7 +154,44 @@ impl Transport<'_> {
                 run.entries += 1;
             }
         }
+        block_ends[block..].fill((chunk.entries.len() - start) as u32);
         true
+    }
+
+    /// Each block's end among the entries, and its rays, once buried origins are taken out of the row.
+    fn blocks(&self, ends: [u32; BLOCKS], runs: &[Run]) -> [(u32, u32); BLOCKS] {
+        let kept_before = |position: u32, length: fn(&Run) -> u32| {
+            let (mut start, mut kept) = (0, 0);
+            for run in runs {
+                let inside = position.saturating_sub(start).min(length(run));
+                kept += if run.is_buried() { 0 } else { inside };
+                start += length(run);
+            }
+            kept
+        };
+        let (sample_ends, mut rays) = (block_ends_of(self.rays), 0);
+        std::array::from_fn(|block| {
+            let before = rays;
+            rays = kept_before(sample_ends[block], |run| run.rays);
+            (kept_before(ends[block], |run| run.entries), rays - before)
+        })
+    }
+
+    /// The squared standard error of one bounce's irradiance at each vertex of a chunk, by the scatter of its blocks.
+    pub fn squared_errors(&self, chunk: &RowChunk, previous: &[Vec3], mut receive: impl FnMut(usize, Vec3)) {
+        let mut start = 0;
+        for (index, (&(end, _), blocks)) in chunk.rows.iter().zip(&chunk.blocks).enumerate() {
+            let row = &chunk.entries[start..end as usize];
+            start = end as usize;
+            let mut from = 0;
+            let means = blocks.map(|(end, rays)| {
+                let entries = &row[from..end as usize];
+                from = end as usize;
+                let sum: Vec3 = entries.iter().map(|entry| self.radiosity(entry, previous)).sum();
+                (sum, rays)
+            });
+            receive(index, squared_error(means));
+        }
     }
 
     /// The gather rays' share of π L at an emissive hit: with cosine-weighted rays, L cosθ / pdf = π L.
@@ -198,14 +249,37 @@ struct Run {
     emission: Vec3,
 }
 
+impl Run {
+    fn is_buried(&self) -> bool {
+        2 * self.back_hits > self.rays
+    }
+}
+
+/// The sample that each block ends before.
+pub(super) fn block_ends_of(count: u32) -> [u32; BLOCKS] {
+    std::array::from_fn(|block| (u64::from(count) * (block as u64 + 1)).div_ceil(BLOCKS as u64) as u32)
+}
+
+/// The squared standard error of the mean of all samples, from the sums over blocks of samples and their numbers: the
+/// blocks are taken as repetitions of one experiment, so it is the variance of their means over their number. Blocks of
+/// stratified or Sobol points err less together than so many repetitions would: there it is rather too large.
+pub(super) fn squared_error(blocks: [(Vec3, u32); BLOCKS]) -> Vec3 {
+    let used = || blocks.iter().filter(|(_, count)| *count > 0).map(|(sum, count)| *sum / *count as f32);
+    let count = used().count() as f32;
+    if count < 2.0 {
+        return Vec3::ZERO;
+    }
+    let mean = used().sum::<Vec3>() / count;
+    used().map(|value| (value - mean) * (value - mean)).sum::<Vec3>() / (count * (count - 1.0))
+}
+
 /// Takes buried origins, and their entries from `start` on, out of a row; returns the sum of the runs that are left.
 fn drop_buried(entries: &mut Vec<RowEntry>, start: usize, origins: &mut Vec<SurfacePoint>, runs: &[Run]) -> Run {
-    let is_buried = |run: &Run| 2 * run.back_hits > run.rays;
-    if runs.iter().any(is_buried) {
+    if runs.iter().any(Run::is_buried) {
         let (mut read, mut write) = (start, start);
         for run in runs {
             let next = read + run.entries as usize;
-            if !is_buried(run) {
+            if !run.is_buried() {
                 entries.copy_within(read..next, write);
                 write += run.entries as usize;
             }
@@ -215,10 +289,10 @@ fn drop_buried(entries: &mut Vec<RowEntry>, start: usize, origins: &mut Vec<Surf
         let mut index = 0;
         origins.retain(|_| {
             index += 1;
-            !is_buried(&runs[index - 1])
+            !runs[index - 1].is_buried()
         });
     }
-    runs.iter().filter(|run| !is_buried(run)).fold(Run::default(), |sum, run| Run {
+    runs.iter().filter(|run| !run.is_buried()).fold(Run::default(), |sum, run| Run {
         rays: sum.rays + run.rays,
         back_hits: sum.back_hits + run.back_hits,
         entries: sum.entries + run.entries,

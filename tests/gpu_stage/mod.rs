@@ -94,6 +94,7 @@ impl Subjects {
             light: self.light,
             light_outline: None,
             antialias: false,
+            half_size: false,
         }
     }
 

@@ -1,0 +1,66 @@
+//! A field as it is shown while it is still being computed.
+
+use glam::Vec3;
+
+/// Rounds of passing values on: so many elements a value reaches at most.
+const ROUNDS: usize = 12;
+/// Larger meshes are shown as they are: passing values on would take longer than the solver can spare.
+const MOST_TRIANGLES: usize = 400_000;
+
+/// Gives each vertex that has no value yet the mean of its neighbours' values, those nearest to known ones first, so
+/// that a picture which is half done is whole, if blurred, and not spotted. For the screen alone.
+pub(super) fn fill_unknown(field: &mut [Vec3], mut known: Vec<bool>, triangles: &[[u32; 3]]) {
+    if triangles.len() > MOST_TRIANGLES {
+        return;
+    }
+    let mut open: Vec<[usize; 3]> = triangles.iter().map(|corners| corners.map(|corner| corner as usize)).collect();
+    let mut sums = vec![(Vec3::ZERO, 0.0_f32); field.len()];
+    for _ in 0..ROUNDS {
+        open.retain(|corners| corners.iter().any(|&corner| !known[corner]));
+        let mut reached = Vec::new();
+        for corners in &open {
+            let mut values = (Vec3::ZERO, 0.0);
+            for &corner in corners.iter().filter(|&&corner| known[corner]) {
+                values = (values.0 + field[corner], values.1 + 1.0);
+            }
+            if values.1 > 0.0 {
+                for &corner in corners.iter().filter(|&&corner| !known[corner]) {
+                    let sum = &mut sums[corner];
+                    *sum = (sum.0 + values.0, sum.1 + values.1);
+                    reached.push(corner);
+                }
+            }
+        }
+        if reached.is_empty() {
+            return;
+        }
+        for vertex in reached {
+            field[vertex] = sums[vertex].0 / sums[vertex].1;
+            known[vertex] = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_passed_on_from_neighbour_to_neighbour_and_known_ones_stay() {
+        // A strip of triangles over the vertices 0 to 5; 0 and 5 are known.
+        let triangles: Vec<[u32; 3]> = (0..4).map(|first| [first, first + 1, first + 2]).collect();
+        let mut field = vec![Vec3::ZERO; 6];
+        (field[0], field[5]) = (Vec3::ONE, Vec3::splat(3.0));
+        fill_unknown(&mut field, vec![true, false, false, false, false, true], &triangles);
+        assert_eq!((field[0], field[5]), (Vec3::ONE, Vec3::splat(3.0)));
+        assert_eq!((field[1], field[2]), (Vec3::ONE, Vec3::ONE));
+        assert_eq!((field[3], field[4]), (Vec3::splat(3.0), Vec3::splat(3.0)));
+    }
+
+    #[test]
+    fn a_field_of_which_nothing_is_known_stays_dark() {
+        let mut field = vec![Vec3::ZERO; 3];
+        fill_unknown(&mut field, vec![false; 3], &[[0, 1, 2]]);
+        assert_eq!(field, [Vec3::ZERO; 3]);
+    }
+}
