@@ -1,5 +1,5 @@
 //! Radiosity on the graphics card: passes with known answers, and the Cornell box against the truth.
-#![cfg(feature = "gpu")]
+#![cfg(all(feature = "gpu", feature = "reference"))]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod common;
@@ -101,7 +101,7 @@ fn furnace(reflectance: f32) -> Arc<Scene> {
     let corners = "v 0 0 0\nv 1 0 0\nv 1 1.2 0\nv 0 1.2 0\nv 0 0 1.4\nv 1 0 1.4\nv 1 1.2 1.4\nv 0 1.2 1.4\n";
     // Fronts inwards.
     let faces = "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 4 3 7 8\nf 5 1 4 8\nf 2 6 7 3\n";
-    let mtl = format!("newmtl wall\nKd {0} {0} {0}\nKe 1 1 1\n", reflectance);
+    let mtl = format!("newmtl wall\nKd {reflectance} {reflectance} {reflectance}\nKe 1 1 1\n");
     from_obj(&format!("{corners}usemtl wall\n{faces}"), &mtl)
 }
 
@@ -347,6 +347,6 @@ fn experiments() -> Vec<GpuSettings> {
         GpuSettings { bias: 0.1, ..base.clone() },
         GpuSettings { bias: 1.0, ..base.clone() },
         GpuSettings { light_side: 16, ..base.clone() },
-        GpuSettings { no_filter: true, ..base.clone() },
+        GpuSettings { no_filter: true, ..base },
     ]
 }

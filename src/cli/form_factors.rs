@@ -103,7 +103,7 @@ struct Patches {
 
 /// Runs the command.
 pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
-    if !(16..=512).contains(&args.resolution) || args.resolution % 2 != 0 {
+    if !(16..=512).contains(&args.resolution) || !args.resolution.is_multiple_of(2) {
         bail!("the resolution must be an even number of pixels from 16 to 512, not {}", args.resolution);
     }
     if let Some(path) = &args.output {

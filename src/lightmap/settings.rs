@@ -58,7 +58,7 @@ impl GpuSettings {
             return Some(format!("group must be 1, 2, 4, 8 or 16 texels, not {}", self.group));
         }
         for (name, pixels, most) in [("hemicube", self.hemicube, 512), ("light-hemicube", self.light_hemicube, 1024)] {
-            if !(16..=most).contains(&pixels) || pixels % 2 != 0 {
+            if !(16..=most).contains(&pixels) || !pixels.is_multiple_of(2) {
                 return Some(format!("{name} must be an even number of pixels from 16 to {most}, not {pixels}"));
             }
         }

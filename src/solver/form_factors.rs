@@ -31,7 +31,7 @@ impl FormFactors {
     /// Measures row sums and reciprocity.
     pub fn quality(&self) -> FormFactorQuality {
         let sums: Vec<f64> =
-            self.rows.iter().map(|row| row.iter().map(|(_, factor)| f64::from(*factor)).sum()).collect();
+            self.rows.iter().map(|row| row.iter().fold(0.0, |sum, (_, factor)| sum + f64::from(*factor))).collect();
         let area: f64 = self.areas.iter().map(|area| f64::from(*area)).sum();
         let weighted: f64 = sums.iter().zip(&self.areas).map(|(sum, area)| sum * f64::from(*area)).sum();
         let exchange = |from: usize, factor: f32| f64::from(self.areas[from]) * f64::from(factor);

@@ -250,7 +250,7 @@ mod tests {
         }
         let text = String::from_utf8_lossy(&bytes).into_owned();
         let newer = text.find("\\\"version\\\":1").unwrap();
-        let mut changed = bytes.clone();
+        let mut changed = bytes;
         changed[newer + 12] = b'9';
         assert!(decode(&changed).unwrap_err().to_string().contains("newer"));
         let mut lightmap = small();

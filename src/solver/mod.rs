@@ -3,8 +3,8 @@
 mod buried;
 pub mod energy;
 pub mod faults;
-#[cfg(feature = "reference")]
 pub mod form_factors;
+#[cfg(feature = "reference")]
 mod gather;
 pub mod job;
 pub mod lightmap_solution;

@@ -23,7 +23,7 @@ pub const RECEIVE_WGSL: &str = include_str!("receive.wgsl");
 /// The shader of the energy ledger.
 pub const LEDGER_WGSL: &str = include_str!("ledger.wgsl");
 
-/// Where the power went, so far [W].
+/// Where the power went, so far, in watts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GpuLedger {
     /// Power of all lights.
