@@ -70,6 +70,8 @@ const SECONDS_A_BOUNCE: f32 = 0.7;
 const AMBIENT: f32 = 0.4;
 /// The same while a solve has not yet lit all vertices, so that one sees where one is.
 const DIM_AMBIENT: f32 = 0.015;
+/// In less width than this, in points, plots are left out.
+const LEAST_PLOTS: f32 = 160.0;
 /// The key of the layout in what eframe keeps from run to run.
 const LAYOUT_KEY: &str = "layout";
 
@@ -210,7 +212,7 @@ impl App {
                 });
             });
         }
-        if self.layout.plots {
+        if self.layout.plots && ui.available_width() > LEAST_PLOTS {
             let panel = Panel::bottom("plots").resizable(true).default_size(150.0).size_range(90.0..=500.0);
             let shown = panel.show(ui, |ui| plots::ui(ui, self.results.as_ref()));
             self.plots_area = shown.response.rect;

@@ -20,6 +20,11 @@ pub(crate) const SIZE: [f32; 2] = [1000.0, 640.0];
 
 /// The window with a small Cornell box, or nothing where no graphics driver is installed.
 pub(crate) fn window(folder: &Path) -> Option<Harness<'static, App>> {
+    window_at_scale(folder, 1.0)
+}
+
+/// The same on a screen with so many pixels a point.
+pub(crate) fn window_at_scale(folder: &Path, scale: f32) -> Option<Harness<'static, App>> {
     if let Err(reason) = device::headless() {
         println!("skipped: {reason}");
         return None;
@@ -31,8 +36,8 @@ pub(crate) fn window(folder: &Path) -> Option<Harness<'static, App>> {
     let loaded = LoadedScene::load(Path::new("cornell"), state, options).unwrap();
     let opened = loader::prepare(loaded, warnings).unwrap();
     let folder = folder.to_path_buf();
-    let mut harness =
-        Harness::builder().with_size(SIZE).wgpu().build_eframe(|creation| App::new(creation, opened, &folder));
+    let builder = Harness::builder().with_size(SIZE).with_pixels_per_point(scale);
+    let mut harness = builder.wgpu().build_eframe(|creation| App::new(creation, opened, &folder));
     harness.run_steps(4);
     Some(harness)
 }
