@@ -1,15 +1,20 @@
 //! The checker itself: right functions get all points, wrong ones are caught and the mistake is named.
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+use std::sync::Arc;
+
+use glam::DVec2;
 use radiosity::{
-    check::tasks::{Status, TASKS, TaskReport, run_all},
+    check::tasks::{Status, TASKS, TaskReport, compare_tracer, run_all, run_task},
     cli::check::table,
+    scene::Scene,
     student::{Functions, PLACEHOLDERS},
+    trace::{Hit, Ray, RayTracer},
 };
 
 mod mutants;
 
-use mutants::{ANSWERS, right};
+use mutants::{ANSWERS, Mutant, right};
 
 const SEED: u64 = 1;
 
@@ -40,26 +45,41 @@ fn two_hundred_seeds_give_no_false_alarm() {
 /// Mutants whose first hint may be another than the best one; at most one in ten.
 const OTHER_HINT: [&str; 0] = [];
 
+/// Every task is done with one mistake, but for the mutant's own, and those that build on it. Returns what is said.
+fn first_hint(mutant: &Mutant) -> (&'static str, String) {
+    let mut said = None;
+    for task in TASKS {
+        let report = run_task(&task, &mutant.functions, SEED);
+        if report.task != mutant.task {
+            if !matches!(report.status, Status::Done | Status::Waits(_)) {
+                return ("another task", format!("{} is not concerned: {:?}", report.task, report.status));
+            }
+            continue;
+        }
+        said = Some(match report.status {
+            Status::Wrong(finding) => {
+                assert!(!finding.measured.is_empty() && !finding.expected.is_empty());
+                (finding.test, finding.hint)
+            }
+            Status::NotDone(step) => ("not done", format!("write {step}")),
+            status => ("not caught", format!("{status:?}")),
+        });
+    }
+    said.unwrap()
+}
+
 #[test]
 fn every_wrong_version_is_caught_and_its_mistake_is_named() {
     let mutants = mutants::all();
     assert!(OTHER_HINT.len() * 10 <= mutants.len());
     let mut wrong_hints = Vec::new();
     for mutant in &mutants {
-        for report in run_all(&mutant.functions, SEED) {
-            if report.task != mutant.task {
-                assert_eq!(report.status, Status::Done, "{}: {} is not concerned", mutant.name, report.task);
-                continue;
-            }
-            assert_eq!(report.earned, 0.0);
-            let Status::Wrong(finding) = report.status else { panic!("{}: {}", mutant.name, report.status) };
-            let is_right = finding.hint.contains(mutant.hint);
-            let (verdict, hint) = (if is_right { "right" } else { "WRONG" }, finding.hint);
-            println!("{:11} | {:32} | {:30} | {hint} | {verdict}", mutant.task, mutant.name, finding.test);
-            if !is_right && !OTHER_HINT.contains(&mutant.name) {
-                wrong_hints.push(format!("{} ({}): {hint}", mutant.name, mutant.task));
-            }
-            assert!(!finding.measured.is_empty() && !finding.expected.is_empty());
+        let (test, hint) = first_hint(mutant);
+        let is_right = hint.contains(mutant.hint);
+        let verdict = if is_right { "right" } else { "WRONG" };
+        println!("{:11} | {:32} | {test:30} | {hint} | {verdict}", mutant.task, mutant.name);
+        if !is_right && !OTHER_HINT.contains(&mutant.name) {
+            wrong_hints.push(format!("{} ({}): {hint}", mutant.name, mutant.task));
         }
     }
     assert!(wrong_hints.is_empty(), "{}", wrong_hints.join("\n"));
@@ -69,7 +89,8 @@ fn every_wrong_version_is_caught_and_its_mistake_is_named() {
 #[expect(clippy::todo, reason = "a function that its student has not written yet")]
 fn placeholders_and_todo_count_as_not_done() {
     for report in run_all(&PLACEHOLDERS, SEED) {
-        assert!(matches!(report.status, Status::NotDone(_)), "{}: {}", report.task, report.status);
+        let is_open = matches!(report.status, Status::NotDone(_) | Status::Waits(_));
+        assert!(is_open && report.earned == 0.0, "{}: {}", report.task, report.status);
     }
     let unwritten = Functions { form_basis: |_| todo!(), ..ANSWERS };
     assert_eq!(run_all(&unwritten, SEED)[0].status, Status::NotDone("form_basis"));
@@ -111,4 +132,75 @@ fn the_command_prints_the_same_as_json_and_refuses_what_is_no_seed() {
     assert_eq!(report["tasks"].as_array().unwrap().len(), TASKS.len());
     assert!(report["tasks"].as_array().unwrap().iter().all(|task| task["status"] == "done"));
     assert_eq!(check(&["--seed", "many"]).status.code(), Some(2));
+}
+
+/// A right tracer that tries every triangle (Möller and Trumbore 1997).
+struct Loop {
+    scene: Arc<Scene>,
+    /// What is wrong with it, if anything.
+    mistake: &'static str,
+}
+
+impl RayTracer for Loop {
+    fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
+        let hits = (0..self.scene.mesh.triangles.len() as u32).filter_map(|triangle| self.hit(triangle, ray));
+        if self.mistake == "any hit" { hits.last() } else { hits.min_by(|a, b| a.distance.total_cmp(&b.distance)) }
+    }
+
+    fn occluded(&self, ray: &Ray) -> bool {
+        let ray = if self.mistake == "endless shadow" { Ray { max_distance: f32::INFINITY, ..*ray } } else { *ray };
+        self.closest_hit(&ray).is_some()
+    }
+}
+
+impl Loop {
+    fn hit(&self, triangle: u32, ray: &Ray) -> Option<Hit> {
+        let [a, b, c] = self.scene.mesh.corners(triangle).map(|corner| corner.as_dvec3());
+        let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+        let (edge_b, edge_c) = (b - a, c - a);
+        let across = direction.cross(edge_c);
+        let determinant = edge_b.dot(across);
+        let offset = origin - a;
+        let u = offset.dot(across) / determinant;
+        let turned = offset.cross(edge_b);
+        let v = direction.dot(turned) / determinant;
+        let distance = (edge_c.dot(turned) / determinant) as f32;
+        let slack = if self.mistake == "leaky edges" { -1e-3 } else { 1e-9 };
+        let is_inside = u >= -slack && v >= -slack && u + v <= 1.0 + slack;
+        let leaves = triangle == ray.origin_triangle && self.mistake != "own triangle";
+        let is_hit = is_inside && distance > 0.0 && distance < ray.max_distance && !leaves;
+        let (u, v) = if self.mistake == "u and v swapped" { (v, u) } else { (u, v) };
+        let front = (determinant > 0.0) != (self.mistake == "front and back");
+        is_hit.then_some(Hit { triangle, barycentric: DVec2::new(u, v).as_vec2(), distance, front })
+    }
+}
+
+macro_rules! with_tracer {
+    ($mistake:literal) => {
+        Functions {
+            ray_tracer: |scene| Some(Box::new(Loop { scene: Arc::clone(scene), mistake: $mistake })),
+            ..ANSWERS
+        }
+    };
+}
+
+#[test]
+fn a_ray_tracer_is_compared_and_a_wrong_one_is_told_with_a_ray() {
+    assert!(compare_tracer(&ANSWERS, SEED).is_none(), "none is written");
+    let report = compare_tracer(&with_tracer!(""), SEED).unwrap();
+    assert_eq!(report.wrong, None);
+    assert!(report.rays > 10_000 && report.relative_speed > 0.0, "{report:?}");
+    let wrong = [
+        (with_tracer!("any hit"), "not the nearest"),
+        (with_tracer!("endless shadow"), "`occluded` says occluded"),
+        (with_tracer!("leaky edges"), "a ray at an edge"),
+        (with_tracer!("own triangle"), "leaves a surface"),
+        (with_tracer!("u and v swapped"), "barycentric"),
+        (with_tracer!("front and back"), "front and back"),
+    ];
+    for (functions, words) in wrong {
+        let problem = compare_tracer(&functions, SEED).unwrap().wrong.unwrap();
+        println!("{problem}");
+        assert!(problem.contains(words), "{words}: {problem}");
+    }
 }

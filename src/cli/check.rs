@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::Outcome;
 use crate::{
-    check::tasks::{Status, TaskReport, run_all},
+    check::tasks::{Status, TaskReport, TracerReport, compare_tracer, run_all},
     student::FUNCTIONS,
 };
 
@@ -24,6 +24,9 @@ pub struct CheckArgs {
     /// Seed of the random points that the functions are tested with.
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Compare the ray tracer of src/student/tracer.rs with the program's own instead: right or wrong, and how fast.
+    #[arg(long)]
+    pub tracer: bool,
 }
 
 /// What a whole check found.
@@ -40,6 +43,9 @@ struct CheckReport {
 /// # Errors
 /// If the report cannot be written as JSON.
 pub fn run(args: &CheckArgs) -> anyhow::Result<Outcome> {
+    if args.tracer {
+        return check_tracer(args, compare_tracer(&FUNCTIONS, args.seed).as_ref());
+    }
     let tasks = run_all(&FUNCTIONS, args.seed);
     if args.json {
         let sum = |value: fn(&TaskReport) -> f32| tasks.iter().map(value).sum();
@@ -50,6 +56,27 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Outcome> {
     }
     print!("{}", table(&tasks));
     Ok(outcome(&tasks))
+}
+
+fn check_tracer(args: &CheckArgs, report: Option<&TracerReport>) -> anyhow::Result<Outcome> {
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&report).context("the report")?);
+    } else {
+        println!("{}", tracer_line(report));
+    }
+    let is_right = report.is_some_and(|report| report.wrong.is_none());
+    Ok(if is_right { Outcome::Done } else { Outcome::Unfinished })
+}
+
+/// The verdict on a ray tracer, for people.
+fn tracer_line(report: Option<&TracerReport>) -> String {
+    match report {
+        None => String::from("ray tracer: not done (src/student/tracer.rs returns None)"),
+        Some(TracerReport { rays, wrong: None, relative_speed }) => {
+            format!("ray tracer: right on {rays} rays, {relative_speed:.2} times as fast as the program's own")
+        }
+        Some(TracerReport { rays, wrong: Some(wrong), .. }) => format!("ray tracer: wrong at ray {rays}\n  {wrong}"),
+    }
 }
 
 fn outcome(tasks: &[TaskReport]) -> Outcome {
@@ -104,9 +131,9 @@ mod tests {
     #[test]
     fn the_table_counts_points_and_names_what_is_missing() {
         let done = table(&run_all(&FUNCTIONS, 1));
-        assert!(done.ends_with("5 of 5 points, 1 of 1 extra\n"), "{done}");
+        assert!(done.ends_with("10 of 10 points, 4 of 4 extra\n"), "{done}");
         let nothing = table(&run_all(&PLACEHOLDERS, 1));
         assert!(nothing.contains("write form_basis"), "{nothing}");
-        assert!(nothing.ends_with("0 of 5 points, 0 of 1 extra\n"), "{nothing}");
+        assert!(nothing.ends_with("0 of 10 points, 0 of 4 extra\n"), "{nothing}");
     }
 }

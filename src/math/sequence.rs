@@ -71,9 +71,9 @@ impl Sequence {
     }
 }
 
-/// Moves `jitter` in [0,1)² into cell `index` of `count` cells of area 1/count that tile the square: full rows of
-/// floor(sqrt(count)) cells, and a last row of what is left, as high as its share.
+/// Moves `jitter` in [0,1)² into cell `index` of `count` cells of area 1/count that tile the square.
 fn stratum(index: u32, count: u32, jitter: Vec2) -> Vec2 {
+    // <answer>
     let per_row = count.isqrt().max(1);
     let (row, column) = (index / per_row, index % per_row);
     let full_rows = count / per_row;
@@ -82,6 +82,7 @@ fn stratum(index: u32, count: u32, jitter: Vec2) -> Vec2 {
     let x = (column as f32 + jitter.x) / cells_in_row as f32;
     let y = row_start + jitter.y * cells_in_row as f32 / count as f32;
     Vec2::new(x, y).min(Vec2::splat(1.0 - f32::EPSILON))
+    // </answer> if index < count { jitter } else { Vec2::ZERO }
 }
 
 /// A bijective 64-bit hash (the finaliser of SplitMix64, Steele, Lea and Flood 2014).
@@ -111,6 +112,7 @@ mod tests {
         }
     }
 
+    // <answer>
     #[test]
     fn stratified_cells_hold_one_point_each_for_any_count() {
         for count in [1_u32, 2, 3, 7, 16, 31, 100, 257] {
@@ -129,6 +131,7 @@ mod tests {
             }
         }
     }
+    // </answer>
 
     #[test]
     fn sobol_quarters_are_filled_evenly_even_past_one_block() {

@@ -55,7 +55,7 @@ pub fn rays_of_vertex(problem: &Problem, functions: &Functions, bounces: &[&[Vec
     let light = problem.light.map(|light| light.to_local(&problem.scene.frame));
     let lights = Lights::new(&problem.scene, light);
     let solve = StudentSolve::new(problem, functions, &monitor, &lights);
-    let recorder = Recorder { tracer: &*problem.tracer, rays: Mutex::default() };
+    let recorder = Recorder { tracer: solve.tracer(), rays: Mutex::default() };
     let world = solve.world(&recorder);
     let usable = solve.usable_at(vertex, &mut Vec::new());
     let receivers = solve.receivers(vertex, usable).collect();

@@ -87,6 +87,8 @@ pub(super) struct Pass<'a> {
 pub(super) struct StudentSolve<'a> {
     problem: &'a Problem,
     functions: &'a Functions,
+    /// The student's, if one is written.
+    own_tracer: Option<Box<dyn RayTracer>>,
     monitor: &'a Monitor,
     lights: &'a Lights,
     origins: VertexOrigins,
@@ -150,6 +152,18 @@ pub(super) fn indirect_pass<Output>(bounces: &[&[Vec3]], run: impl FnOnce(&Pass)
     })
 }
 
+/// The student's ray tracer, if one is written; a fault if it cannot be made.
+fn own_tracer(problem: &Problem, functions: &Functions) -> (Option<Box<dyn RayTracer>>, Option<Fault>) {
+    match faults::caught(|| (functions.ray_tracer)(&problem.scene)) {
+        Ok(tracer) => (tracer, None),
+        Err(message) => {
+            let (function, input) = (String::from("ray_tracer"), format!("the scene {}", problem.scene.name));
+            let problem = format!("it panics: {message}; the program's own tracer is used");
+            (None, Some(Fault { function, vertex: 0, input, problem }))
+        }
+    }
+}
+
 impl<'s> StudentSolve<'s> {
     pub(super) fn new(
         problem: &'s Problem,
@@ -158,7 +172,14 @@ impl<'s> StudentSolve<'s> {
         lights: &'s Lights,
     ) -> Self {
         let origins = VertexOrigins::new(&problem.tessellation);
-        Self { problem, functions, monitor, lights, origins, faults: Mutex::default() }
+        let (own_tracer, fault) = own_tracer(problem, functions);
+        let solve = Self { problem, functions, own_tracer, monitor, lights, origins, faults: Mutex::default() };
+        fault.iter().for_each(|fault| solve.tell(fault));
+        solve
+    }
+
+    pub(super) fn tracer(&self) -> &dyn RayTracer {
+        self.own_tracer.as_deref().unwrap_or(&*self.problem.tracer)
     }
 
     pub(super) fn world<'a>(&'a self, tracer: &'a dyn RayTracer) -> World<'a> {
@@ -197,7 +218,7 @@ impl<'s> StudentSolve<'s> {
     /// One value for every vertex: the mean over its receivers, weighted by their shares of the samples.
     fn run(&self, pass: &Pass, usable: &[Usable], holes: &mut [bool], report: &mut SolveReport) -> Vec<Vec3> {
         let tracer = StudentTracer {
-            tracer: &*self.problem.tracer,
+            tracer: self.tracer(),
             monitor: self.monitor,
             closest: AtomicU64::new(0),
             occluded: AtomicU64::new(0),
@@ -258,7 +279,7 @@ impl<'s> StudentSolve<'s> {
 
     /// How long to wait after each vertex.
     fn pace(&self) -> Duration {
-        let world = self.world(&*self.problem.tracer);
+        let world = self.world(self.tracer());
         let vertices = self.problem.tessellation.mesh.positions.len() as u32;
         let first = (0..vertices).find_map(|vertex| self.receivers(vertex, Usable::MAX).next());
         let is_unwritten = first.is_some_and(|receiver| {

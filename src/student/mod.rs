@@ -13,6 +13,7 @@
 //! | [`texture`] | the colour of a texel | eq. 4 |
 //! | [`irradiance`] | direct and indirect irradiance at a point | eq. 3 and 4 |
 //! | [`points`] | extra: stratified points, points of low discrepancy | |
+//! | [`tracer`] | for pleasure: a ray tracer | |
 //!
 //! [`world`] is given: the scene as [`irradiance`] sees it. `radiosity check` tests the functions and names the mistake;
 //! `radiosity solve --engine student`, and the window's switch, compute with them. Both take them as a table,
@@ -30,12 +31,18 @@ pub mod light;
 pub mod placeholder;
 pub mod points;
 pub mod texture;
+pub mod tracer;
 pub mod warp;
 pub mod world;
 
+use std::sync::Arc;
+
 use glam::{Mat3, Vec2, Vec3};
 
-use crate::scene::AreaLight;
+use crate::{
+    scene::{AreaLight, Scene},
+    trace::RayTracer,
+};
 
 pub use barycentric::interpolate_barycentric;
 pub use basis::form_basis;
@@ -45,6 +52,7 @@ pub use light::{LightSample, area_light_inverse, sample_area_light};
 pub use placeholder::PLACEHOLDERS;
 pub use points::{low_discrepancy_point, stratified_point};
 pub use texture::sample_texture;
+pub use tracer::ray_tracer;
 pub use warp::{
     cosine_hemisphere_pdf_solid_angle, cosine_hemisphere_to_square, disk_pdf_area, disk_to_square_concentric,
     disk_to_square_polar, square_to_cosine_hemisphere, square_to_disk_concentric, square_to_disk_polar,
@@ -94,6 +102,8 @@ pub struct Functions {
     pub stratified_point: fn(u32, u32, Vec2) -> Vec2,
     /// See [`low_discrepancy_point`].
     pub low_discrepancy_point: fn(u32) -> Vec2,
+    /// See [`ray_tracer`](fn@ray_tracer).
+    pub ray_tracer: fn(&Arc<Scene>) -> Option<Box<dyn RayTracer>>,
 }
 
 /// The functions of this module.
@@ -116,4 +126,5 @@ pub const FUNCTIONS: Functions = Functions {
     indirect_irradiance,
     stratified_point,
     low_discrepancy_point,
+    ray_tracer,
 };

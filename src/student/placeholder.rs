@@ -34,6 +34,7 @@ pub const PLACEHOLDERS: Functions = Functions {
     indirect_irradiance: |_, _, _| Vec3::ZERO,
     stratified_point: |_, _, jitter| jitter,
     low_discrepancy_point: |_| MIDDLE,
+    ray_tracer: |_| None,
 };
 
 const MIDDLE: Vec2 = Vec2::splat(0.5);

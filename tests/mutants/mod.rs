@@ -1,8 +1,12 @@
 //! Wrong versions of the student's functions, and right ones that are written differently: test data.
 
+pub(crate) mod direct;
+pub(crate) mod gather;
+pub(crate) mod later;
 pub(crate) mod light;
 pub(crate) mod right;
 pub(crate) mod square;
+pub(crate) mod texture_and_points;
 pub(crate) mod triangle_and_basis;
 
 use radiosity::student::{FUNCTIONS, Functions};
@@ -37,6 +41,10 @@ pub(crate) fn all() -> Vec<Mutant> {
     let mut mutants = triangle_and_basis::mutants();
     mutants.extend(square::mutants());
     mutants.extend(light::mutants());
+    mutants.extend(direct::mutants());
+    mutants.extend(gather::mutants());
+    mutants.extend(texture_and_points::mutants());
+    mutants.extend(later::mutants());
     mutants
 }
 
