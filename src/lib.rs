@@ -19,6 +19,8 @@ pub mod check;
 
 pub mod files;
 
+pub mod course;
+
 #[cfg(feature = "gpu")]
 pub mod gpu;
 

@@ -1,4 +1,5 @@
 //! The program as people type it.
+#![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use std::{

@@ -1,4 +1,5 @@
 //! Whole solves against answers known on paper.
+#![cfg(feature = "reference")]
 
 mod common;
 

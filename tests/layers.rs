@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-const LAYERS: [&str; 13] = [
+const LAYERS: [&str; 14] = [
     "math",
     "scene",
     "trace",
@@ -14,6 +14,7 @@ const LAYERS: [&str; 13] = [
     "render",
     "check",
     "files",
+    "course",
     "gpu",
     "app",
     "cli",

@@ -1,4 +1,5 @@
 //! Every sampler against its density and its inverse, three ways; and each way against samplers that are wrong.
+#![cfg(feature = "reference")]
 
 use std::f32::consts::{FRAC_1_PI, FRAC_1_SQRT_2, PI, TAU};
 

@@ -1,4 +1,5 @@
 //! The estimate of the sampling error, against the scatter of solves with different seeds.
+#![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod common;

@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 
 use anyhow::Context as _;
-use clap::Args;
+use clap::{Args, builder::PossibleValuesParser};
 use serde::Serialize;
 
 use super::Outcome;
 use crate::{
-    check::tasks::{Status, TaskReport, TracerReport, compare_tracer, run_all},
+    check::tasks::{Status, TASKS, TaskReport, TracerReport, compare_tracer, run_task},
     student::FUNCTIONS,
 };
 
@@ -27,6 +27,9 @@ pub struct CheckArgs {
     /// Compare the ray tracer of src/student/tracer.rs with the program's own instead: right or wrong, and how fast.
     #[arg(long)]
     pub tracer: bool,
+    /// Test this task alone; may be given more than once.
+    #[arg(long = "task", value_name = "TASK", value_parser = PossibleValuesParser::new(TASKS.map(|task| task.name)))]
+    pub only: Vec<String>,
 }
 
 /// What a whole check found.
@@ -46,7 +49,9 @@ pub fn run(args: &CheckArgs) -> anyhow::Result<Outcome> {
     if args.tracer {
         return check_tracer(args, compare_tracer(&FUNCTIONS, args.seed).as_ref());
     }
-    let tasks = run_all(&FUNCTIONS, args.seed);
+    let is_wanted = |name: &str| args.only.is_empty() || args.only.iter().any(|wanted| wanted == name);
+    let wanted = TASKS.iter().filter(|task| is_wanted(task.name));
+    let tasks: Vec<TaskReport> = wanted.map(|task| run_task(task, &FUNCTIONS, args.seed)).collect();
     if args.json {
         let sum = |value: fn(&TaskReport) -> f32| tasks.iter().map(value).sum();
         let (earned, points) = (sum(|task| task.earned), sum(|task| task.points));
@@ -115,10 +120,14 @@ pub fn table(tasks: &[TaskReport]) -> String {
     text
 }
 
+#[cfg(feature = "reference")]
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::student::{Functions, PLACEHOLDERS};
+    use crate::{
+        check::tasks::run_all,
+        student::{Functions, PLACEHOLDERS},
+    };
 
     #[test]
     fn the_exit_status_tells_whether_all_is_done() {

@@ -10,6 +10,11 @@ pub mod devices;
 pub mod export;
 #[cfg(feature = "gpu")]
 pub mod form_factors;
+#[cfg(feature = "reference")]
+pub mod grade;
+pub mod handin;
+#[cfg(feature = "reference")]
+pub mod handout;
 pub mod inspect;
 #[cfg(feature = "gpu")]
 pub mod lightmap;
@@ -96,6 +101,14 @@ enum Command {
     Export(export::ExportArgs),
     /// Test the functions of src/student, task by task, and name what is wrong with them.
     Check(check::CheckArgs),
+    /// Make the archive of your work: your files, what `check` says, pictures.
+    Handin(Box<handin::HandinArgs>),
+    /// For teachers: write the source tree that students get, without the answers.
+    #[cfg(feature = "reference")]
+    Handout(handout::HandoutArgs),
+    /// For teachers: build, run and mark hand-ins.
+    #[cfg(feature = "reference")]
+    Grade(grade::GradeArgs),
 }
 
 /// Reads the program's arguments and runs the command. Errors are printed as one line.
@@ -125,6 +138,11 @@ pub fn main() -> ExitCode {
             Command::Inspect(args) => inspect::run(&args),
             Command::Export(args) => export::run(&args),
             Command::Check(args) => check::run(&args),
+            Command::Handin(args) => handin::run(&args),
+            #[cfg(feature = "reference")]
+            Command::Handout(args) => handout::run(&args),
+            #[cfg(feature = "reference")]
+            Command::Grade(args) => grade::run(&args),
         }
     });
     match outcome {

@@ -1,4 +1,5 @@
 //! Wrong versions of the student's functions, and right ones that are written differently: test data.
+#![cfg(feature = "reference")]
 
 pub(crate) mod direct;
 pub(crate) mod gather;

@@ -50,9 +50,12 @@ mod stage;
 mod textures;
 mod unshadowed;
 
-use std::fmt::{self, Display, Formatter};
+use std::{
+    borrow::Cow,
+    fmt::{self, Display, Formatter},
+};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::{solver::faults::caught, student::Functions};
 pub use own_tracer::{TracerReport, compare_tracer};
@@ -197,27 +200,27 @@ pub const TASKS: [Task; 13] = [
 ];
 
 /// How far a task is.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// Every test passed.
     Done,
     /// This function of `student` (or this step of one) is still to be written: it returns its placeholder, or calls
     /// `todo!()`.
-    NotDone(&'static str),
+    NotDone(Cow<'static, str>),
     /// Its tests fail, and this task, which it builds on, is not done or wrong: that one comes first.
-    Waits(&'static str),
+    Waits(Cow<'static, str>),
     /// A test failed.
     Wrong(Finding),
 }
 
 /// What a failed test found.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Finding {
     /// The function of `student` to look at.
-    pub function: &'static str,
+    pub function: Cow<'static, str>,
     /// The test, in a few words.
-    pub test: &'static str,
+    pub test: Cow<'static, str>,
     /// The likely mistake.
     pub hint: String,
     /// What was measured, and where.
@@ -251,10 +254,7 @@ pub fn run_all(functions: &Functions, seed: u64) -> Vec<TaskReport> {
 
 /// Runs the tests of one task of [`TASKS`], and if they fail those of the tasks that it builds on.
 pub fn run_task(task: &Task, functions: &Functions, seed: u64) -> TaskReport {
-    let status = task.status(&Trial { functions, seed });
-    let earned = if status == Status::Done { task.points } else { 0.0 };
-    let &Task { name, title, points, is_extra, .. } = task;
-    TaskReport { task: name, title, points, earned, is_extra, status }
+    task.report(task.status(&Trial { functions, seed }))
 }
 
 /// The task of that name.
@@ -264,12 +264,19 @@ pub fn task(name: &str) -> Option<&'static Task> {
 }
 
 impl Task {
+    /// The report of this task, found to be so far.
+    pub fn report(&self, status: Status) -> TaskReport {
+        let earned = if status == Status::Done { self.points } else { 0.0 };
+        let &Self { name, title, points, is_extra, .. } = self;
+        TaskReport { task: name, title, points, earned, is_extra, status }
+    }
+
     fn status(&self, trial: &Trial) -> Status {
         let Some(problem) = self.problem(trial) else { return Status::Done };
         let needed = self.needs.iter().filter_map(|name| task(name));
         match (needed.filter_map(|task| task.first_unfinished(trial)).next(), problem) {
-            (Some(first), _) => Status::Waits(first),
-            (None, Problem::NotDone(function)) => Status::NotDone(function),
+            (Some(first), _) => Status::Waits(first.into()),
+            (None, Problem::NotDone(function)) => Status::NotDone(function.into()),
             (None, Problem::Wrong(failure)) => Status::Wrong(self.finding(trial, failure)),
         }
     }
@@ -295,7 +302,7 @@ impl Task {
             None => diagnosed().unwrap_or_else(|| String::from(failure.fallback)),
         };
         let Failure { function, test, measured, expected, .. } = failure;
-        Finding { function, test, hint, measured, expected }
+        Finding { function: function.into(), test: test.into(), hint, measured, expected }
     }
 }
 
