@@ -131,7 +131,7 @@ pub const PICTURE_SOLVES: [PictureSolve; 2] = [
     PictureSolve {
         name: "cornell",
         scene: "scenes/cornell/cornell.obj",
-        flags: &["--subdivide", "3", "--rays", "64", "--light-rays", "16", "--bounces", "4"],
+        flags: &["--subdivide", "4", "--rays", "128", "--light-rays", "32", "--bounces", "5"],
         pictures: &[("cornell", None)],
     },
     PictureSolve {

@@ -211,6 +211,7 @@ impl Monitor {
         self.sender.is_some()
     }
 
+    #[cfg(feature = "reference")]
     pub(super) fn announce_sampling_error(&self, error: Vec<f32>) {
         if let Some(sender) = &self.sender {
             let _ = sender.send(Message::SamplingError(Arc::new(error)));
