@@ -9,7 +9,7 @@ use radiosity::{
 fn assert_done(name: &str) {
     let task = task(name).unwrap_or_else(|| panic!("there is no task {name}"));
     let report = run_task(task, &FUNCTIONS, 1);
-    assert_eq!(report.status, Status::Done, "\n{}", table(&[report]));
+    assert!(report.status == Status::Done, "\n{}", table(&[report]));
 }
 
 macro_rules! tasks {
@@ -26,4 +26,4 @@ macro_rules! tasks {
     };
 }
 
-tasks!(basis disk hemisphere barycentric light concentric);
+tasks!(basis disk hemisphere barycentric light unshadowed shadows bounce bounces textures concentric stratified qmc);
