@@ -47,23 +47,23 @@ fn two_hundred_seeds_give_no_false_alarm() {
 const OTHER_HINT: [&str; 0] = [];
 
 /// Every task is done with one mistake, but for the mutant's own, and those that build on it. Returns what is said.
-fn first_hint(mutant: &Mutant) -> (&'static str, String) {
+fn first_hint(mutant: &Mutant) -> (String, String) {
     let mut said = None;
     for task in TASKS {
         let report = run_task(&task, &mutant.functions, SEED);
         if report.task != mutant.task {
             if !matches!(report.status, Status::Done | Status::Waits(_)) {
-                return ("another task", format!("{} is not concerned: {:?}", report.task, report.status));
+                return (String::from("another task"), format!("{} is not concerned: {:?}", report.task, report.status));
             }
             continue;
         }
         said = Some(match report.status {
             Status::Wrong(finding) => {
                 assert!(!finding.measured.is_empty() && !finding.expected.is_empty());
-                (finding.test, finding.hint)
+                (finding.test.into_owned(), finding.hint)
             }
-            Status::NotDone(step) => ("not done", format!("write {step}")),
-            status => ("not caught", format!("{status:?}")),
+            Status::NotDone(step) => (String::from("not done"), format!("write {step}")),
+            status => (String::from("not caught"), format!("{status:?}")),
         });
     }
     said.unwrap()

@@ -221,7 +221,8 @@ pub(super) fn diagnose(trial: &Trial, failure: &Failure) -> Option<String> {
     let all = |wrong: &dyn Fn(Place) -> Vec3| {
         !found.is_empty() && found.iter().all(|(place, found)| found.abs_diff_eq(wrong(*place), 1e-3))
     };
-    let as_colour: [(fn(Vec3) -> Vec3, &str); 6] = [
+    type WrongColour = (fn(Vec3) -> Vec3, &'static str);
+    let as_colour: [WrongColour; 6] = [
         (|raw| raw / 255.0, "sRGB is not decoded: light adds up in linear values only (srgb_to_linear)"),
         (|raw| raw, "the bytes are neither divided by 255 nor decoded from sRGB"),
         (|raw| (raw / 255.0).powf(2.2), "a power of 2.2 is near to sRGB but not it: take srgb_to_linear"),
