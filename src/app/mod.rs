@@ -27,6 +27,7 @@ mod panel_view;
 pub mod picked;
 mod plots;
 pub mod results;
+mod saving;
 pub mod solving;
 mod status_bar;
 pub mod task_pictures;
@@ -39,7 +40,6 @@ mod window;
 use std::{
     f32::consts::PI,
     path::{Path, PathBuf},
-    sync::Arc,
     time::Instant,
 };
 
@@ -56,8 +56,8 @@ use loader::{Loader, OpenedScene};
 use notices::{Level, Notices};
 use panel_assignment::Assignment;
 use panel_solve::SolveStatus;
-use picked::Picked;
-use results::{Field, Results};
+use picked::{KnownShares, Picked};
+use results::Results;
 use solving::{Elements, Solving};
 use view_settings::{Source, ViewField};
 pub use window::run;
@@ -103,8 +103,8 @@ pub struct App {
     plots_area: egui::Rect,
     /// What was last copied by [`Command::CopyView`].
     pub copied: Option<String>,
-    /// Where the clicked point's light comes from, by the solution it was found for.
-    shares: Option<(Picked, Field, Vec<(String, f32)>)>,
+    /// Where the clicked point's light comes from.
+    shares: KnownShares,
     fields: [ViewField; 2],
     /// The views are drawn on the processor's own cores.
     software_driver: bool,
@@ -147,7 +147,7 @@ impl App {
             plots_area: egui::Rect::ZERO,
             copied: None,
             assignment: Assignment::default(),
-            shares: None,
+            shares: KnownShares::default(),
             fields: Default::default(),
             software_driver: creation.wgpu_render_state.as_ref().is_some_and(gpu::is_software),
             solving: None,
@@ -230,7 +230,7 @@ impl App {
             };
         let Self { document, layout, results, other, notices, picked, assignment, shares, .. } = self;
         let elements = results.as_ref().map_or(&document.elements, |results| &results.elements).clone();
-        let shares = known_shares(shares, *picked, results.as_ref());
+        let shares = shares.find(*picked, results.as_ref());
         if picked.is_some() {
             section(ui, "Point", true, &mut |ui| {
                 *picked = picked.filter(|picked| picked.ui(ui, &elements, results.as_ref(), &shares));
@@ -375,19 +375,6 @@ impl App {
         }
         command
     }
-}
-
-/// Where the light at the clicked point comes from; found again for another point or a complete solution.
-fn known_shares(
-    known: &mut Option<(Picked, Field, Vec<(String, f32)>)>,
-    picked: Option<Picked>,
-    results: Option<&Results>,
-) -> Vec<(String, f32)> {
-    let solved = results.filter(|results| results.solution.is_some());
-    let (Some(picked), Some(results)) = (picked, solved) else { return Vec::new() };
-    let current = known.take().filter(|(point, total, _)| *point == picked && Arc::ptr_eq(total, &results.total));
-    let found = || (picked, Arc::clone(&results.total), picked.shares(&results.elements, results));
-    known.insert(current.unwrap_or_else(found)).2.clone()
 }
 
 /// What the views took of the frame before, to upload and record.

@@ -1,9 +1,14 @@
 //! What lies at a clicked point of the surface.
 
+use std::sync::Arc;
+
 use egui::Ui;
 use glam::{Vec2, Vec3};
 
-use super::{results::Results, solving::Elements};
+use super::{
+    results::{Field, Results},
+    solving::Elements,
+};
 use crate::{
     math::{
         color::luminance,
@@ -26,6 +31,27 @@ pub struct Picked {
     pub triangle: u32,
     /// Where in it.
     pub barycentric: Vec2,
+}
+
+/// Where the light at a point comes from, for as long as point and solution stay.
+#[derive(Default)]
+pub(super) struct KnownShares {
+    of: Option<(Picked, Field)>,
+    shares: Vec<(String, f32)>,
+}
+
+impl KnownShares {
+    /// [`Picked::shares`] of a complete solution; nothing before.
+    pub(super) fn find(&mut self, picked: Option<Picked>, results: Option<&Results>) -> Vec<(String, f32)> {
+        let solved = results.filter(|results| results.solution.is_some());
+        let (Some(picked), Some(results)) = (picked, solved) else { return Vec::new() };
+        let is_same = |(point, total): &(Picked, Field)| *point == picked && Arc::ptr_eq(total, &results.total);
+        if !self.of.as_ref().is_some_and(is_same) {
+            self.shares = picked.shares(&results.elements, results);
+            self.of = Some((picked, Arc::clone(&results.total)));
+        }
+        self.shares.clone()
+    }
 }
 
 impl Picked {
