@@ -53,7 +53,10 @@ fn first_hint(mutant: &Mutant) -> (String, String) {
         let report = run_task(&task, &mutant.functions, SEED);
         if report.task != mutant.task {
             if !matches!(report.status, Status::Done | Status::Waits(_)) {
-                return (String::from("another task"), format!("{} is not concerned: {:?}", report.task, report.status));
+                return (
+                    String::from("another task"),
+                    format!("{} is not concerned: {:?}", report.task, report.status),
+                );
             }
             continue;
         }
@@ -145,7 +148,7 @@ struct Loop {
 impl RayTracer for Loop {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let hits = (0..self.scene.mesh.triangles.len() as u32).filter_map(|triangle| self.hit(triangle, ray));
-        if self.mistake == "any hit" { hits.last() } else { hits.min_by(|a, b| a.distance.total_cmp(&b.distance)) }
+        if self.mistake == "any hit" { hits.next_back() } else { hits.min_by(|a, b| a.distance.total_cmp(&b.distance)) }
     }
 
     fn occluded(&self, ray: &Ray) -> bool {

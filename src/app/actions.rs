@@ -17,12 +17,12 @@ use super::{
     loader::{self, Done, OpenedScene},
     notices::Level,
     results::Results,
-    solving::{SolveEvent, Solving},
+    solving::{Elements, SolveEvent, Solving},
     view_settings::Shown,
 };
 use crate::{
     files::{self, loaded_scene},
-    solver::State,
+    solver::{SolveSettings, State},
 };
 
 /// What a file that was dropped on the window asks for.
@@ -45,6 +45,7 @@ impl App {
         let layout = &mut self.layout;
         match command {
             Command::Solve => self.solve(false),
+            Command::SolveLightmap => self.solve_lightmap(),
             Command::Step => self.step(),
             Command::Cancel => self.cancel(),
             Command::PauseOrResume => {
@@ -147,6 +148,7 @@ impl App {
             }
         }
         self.listen_to_solve();
+        self.listen_to_lightmap();
     }
 
     fn listen_to_solve(&mut self) {
@@ -177,6 +179,14 @@ impl App {
         }
     }
 
+    /// Elements to begin a solve with, and the settings that they were made with.
+    pub(super) fn elements_at_hand(&self) -> (Elements, SolveSettings) {
+        match &self.results {
+            Some(results) => (results.elements.clone(), results.input.settings.clone()),
+            None => (self.document.elements.clone(), self.document.original.settings.clone()),
+        }
+    }
+
     /// One bounce more of a solve that waits; else a new solve, which waits after each bounce.
     fn step(&mut self) {
         match &self.solving {
@@ -195,11 +205,7 @@ impl App {
             return;
         }
         let input = self.document.edit.solve_input();
-        let elements = self.elements().clone();
-        let made_with = match &self.results {
-            Some(results) => results.input.settings.clone(),
-            None => self.document.original.settings.clone(),
-        };
+        let (elements, made_with) = self.elements_at_hand();
         let context = self.context.clone();
         self.layout.ambient = false;
         self.playing_since = None;
@@ -245,6 +251,7 @@ impl App {
         self.camera = FlyCamera::new(&opened.loaded.camera, &opened.loaded.scene);
         self.document = Document::new(opened);
         (self.results, self.other, self.solving, self.picked) = (None, None, None, None);
+        self.lightmap.job = None;
         self.undoer = Default::default();
         self.layout.ambient = true;
     }

@@ -53,6 +53,8 @@ pub enum Command {
     CompareWithTruth(PathBuf),
     /// Write the curves of convergence, as a table (CSV) or a picture (PNG).
     SavePlots(PathBuf),
+    /// Start to solve the lightmap on the graphics card, or start again.
+    SolveLightmap,
     /// Keep the present solution to compare with.
     KeepForComparison,
     /// Write camera, light, settings and tone map.

@@ -16,10 +16,13 @@ mod help;
 pub mod keys;
 pub mod layout;
 mod light_handles;
+mod lightmap_actions;
+pub mod lightmap_job;
 pub mod loader;
 pub mod notices;
 pub mod panel_assignment;
 mod panel_light;
+pub mod panel_lightmap;
 mod panel_scene;
 pub mod panel_solution;
 pub mod panel_solve;
@@ -55,6 +58,7 @@ use layout::Layout;
 use loader::{Loader, OpenedScene};
 use notices::{Level, Notices};
 use panel_assignment::Assignment;
+use panel_lightmap::LightmapPanel;
 use panel_solve::SolveStatus;
 use picked::{KnownShares, Picked};
 use results::Results;
@@ -99,6 +103,8 @@ pub struct App {
     pub view_area: egui::Rect,
     /// The student's functions: what their tests found.
     pub assignment: Assignment,
+    /// The lightmap of the graphics card.
+    pub lightmap: LightmapPanel,
     /// Where the plots were drawn last.
     plots_area: egui::Rect,
     /// What was last copied by [`Command::CopyView`].
@@ -147,6 +153,7 @@ impl App {
             plots_area: egui::Rect::ZERO,
             copied: None,
             assignment: Assignment::default(),
+            lightmap: LightmapPanel::default(),
             shares: KnownShares::default(),
             fields: Default::default(),
             software_driver: creation.wgpu_render_state.as_ref().is_some_and(gpu::is_software),
@@ -228,7 +235,7 @@ impl App {
                 let header = egui::CollapsingHeader::new(egui::RichText::new(name).strong()).default_open(open);
                 header.show(ui, |ui| commands.push(contents(ui)));
             };
-        let Self { document, layout, results, other, notices, picked, assignment, shares, .. } = self;
+        let Self { document, layout, results, other, notices, picked, assignment, shares, lightmap, .. } = self;
         let elements = results.as_ref().map_or(&document.elements, |results| &results.elements).clone();
         let shares = shares.find(*picked, results.as_ref());
         if picked.is_some() {
@@ -249,6 +256,7 @@ impl App {
             let available = panel_view::Available { bounces, other: other.is_some() };
             panel_view::ui(ui, layout, &mut document.edit.tone_map, available)
         });
+        section(ui, "Lightmap (graphics card)", false, &mut |ui| lightmap.ui(ui));
         section(ui, "Light", false, &mut |ui| panel_light::ui(ui, document));
         section(ui, "Scene", false, &mut |ui| panel_scene::ui(ui, document));
         section(ui, "Solution", false, &mut |ui| panel_solution::ui(ui, results.as_ref(), other.as_ref()));
@@ -261,7 +269,7 @@ impl App {
 
     fn view_ui(&mut self, ui: &mut Ui) {
         for (field, settings) in self.fields.iter_mut().zip(&self.layout.views) {
-            match &self.results {
+            match self.results.as_ref().or(self.other.as_ref()) {
                 Some(results) => field.update(settings, results, self.other.as_ref()),
                 None => field.clear(),
             }
@@ -305,7 +313,7 @@ impl App {
     fn frame(&self, number: usize) -> ViewFrame {
         let shows_other = self.layout.views[number].source == Source::Other;
         let other = self.other.as_ref().filter(|_| shows_other);
-        let results = other.or(self.results.as_ref());
+        let results = other.or(self.results.as_ref()).or(self.other.as_ref());
         let elements = results.map_or(&self.document.elements, |results| &results.elements);
         let tone_map = self.document.edit.tone_map;
         // A software driver takes its time from the solver.

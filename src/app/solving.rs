@@ -221,6 +221,20 @@ fn with_holes(mut field: Vec<Vec3>, holes: &[u32]) -> Vec<Vec3> {
     field
 }
 
+/// The elements that `input` asks for: `base`, which was made with the settings `made_with`, if it still serves.
+pub(super) fn elements_for(base: &Elements, made_with: &SolveSettings, input: &SolveInput) -> Result<Elements, String> {
+    let same_materials = base.scene.materials == *input.materials;
+    if same_materials && made_with.tessellation() == input.settings.tessellation() {
+        return input.settings.problem().map_or_else(|| Ok(base.clone()), Err);
+    }
+    let scene = if same_materials {
+        Arc::clone(&base.scene)
+    } else {
+        Arc::new(Scene { materials: input.materials.to_vec(), ..Scene::clone(&base.scene) })
+    };
+    Elements::new(scene, base.load.clone(), &input.settings)
+}
+
 /// What the thread works on.
 struct Work {
     started: Instant,
@@ -233,7 +247,7 @@ struct Work {
 
 impl Work {
     fn run(self, wake: &impl Fn()) {
-        let job = self.elements().and_then(|elements| {
+        let job = elements_for(&self.base, &self.made_with, &self.input).and_then(|elements| {
             let problem = Problem {
                 scene: Arc::clone(&elements.scene),
                 tracer: elements.tracer.clone(),
@@ -255,22 +269,6 @@ impl Work {
             Ok((job, tessellation)) => self.watch(job, &tessellation, wake),
             Err(problem) => self.send(SolveEvent::Failed(problem)),
         }
-    }
-
-    fn elements(&self) -> Result<Elements, String> {
-        let same_materials = self.base.scene.materials == *self.input.materials;
-        if same_materials && self.made_with.tessellation() == self.input.settings.tessellation() {
-            if let Some(problem) = self.input.settings.problem() {
-                return Err(problem);
-            }
-            return Ok(self.base.clone());
-        }
-        let scene = if same_materials {
-            Arc::clone(&self.base.scene)
-        } else {
-            Arc::new(Scene { materials: self.input.materials.to_vec(), ..Scene::clone(&self.base.scene) })
-        };
-        Elements::new(scene, self.base.load.clone(), &self.input.settings)
     }
 
     fn watch(&self, job: Job, tessellation: &Tessellation, wake: &impl Fn()) {
