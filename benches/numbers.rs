@@ -22,12 +22,13 @@ use radiosity::{
     },
     math::sequence::Sampler,
     scene::{LoadOptions, load},
-    solver::{Job, Problem, Solution, SolveSettings},
+    solver::{Job, PointIrradiance, Problem, Reconstruction, Reconstructor, Solution, SolveSettings},
     trace::{SurfacePoint, Tracer},
     transport::{
         Lights,
         direct::{DirectContext, ShadowRays},
-        lights::FinderCounts,
+        lights::{DirectMethod, FinderCounts},
+        visible_light::Scratch,
     },
 };
 
@@ -95,6 +96,7 @@ fn direct() {
             scene: &scene,
             tracer: &nothing,
             lights: &lights,
+            method: DirectMethod::Sampled,
             sampler,
             seed: 1,
             light_rays: 256,
@@ -105,7 +107,8 @@ fn direct() {
         for vertex in 0..1000_u32 {
             let place = glam::Vec2::new((vertex % 25) as f32 / 50.0, (vertex / 25) as f32 / 80.0);
             let point = SurfacePoint::new(&scene, floor[vertex as usize % floor.len()], place);
-            let found = context.irradiance(vertex, &[point], &mut ShadowRays::default()).0;
+            let found =
+                context.irradiance(vertex, &[point], &[], &mut Scratch::default(), &mut ShadowRays::default()).0;
             let exact = radiosity::check::closed_form::polygon_irradiance(
                 point.origin,
                 point.shading_normal,
@@ -146,6 +149,7 @@ fn slopes() {
         let settings = SolveSettings {
             rays,
             light_rays: rays,
+            direct: DirectMethod::Sampled,
             sampler,
             seed,
             bounces: Some(1),
@@ -178,43 +182,81 @@ fn threads() {
     println!("one thread / two threads: median {:.2}, from {:.2} to {:.2}", ratios[3], ratios[0], ratios[6]);
 }
 
-fn errors_at_truth(case: &Case, problem: &Problem, solution: &Solution) -> FieldErrors {
+fn errors_at_truth(case: &Case, problem: &Problem, solution: &Solution, reconstruction: Reconstruction) -> FieldErrors {
     let tracer = Tracer::new(Arc::clone(&case.scene));
-    let total = solution.total();
-    let at = |field: &[Vec3]| -> Vec<DVec3> {
-        let value = |point| {
-            let (triangle, barycentric) = locate(&case.scene, &tracer, point).unwrap();
-            problem.tessellation.interpolate(field, triangle, barycentric).as_dvec3()
-        };
-        case.points.iter().map(value).collect()
+    let field = Reconstructor::new(&case.scene, &tracer, &problem.tessellation, solution, reconstruction);
+    let mut scratch = Scratch::default();
+    let mut at = |point| {
+        let (triangle, barycentric) = locate(&case.scene, &tracer, point).unwrap();
+        let PointIrradiance { direct, total } = field.irradiance(triangle, barycentric, &mut scratch);
+        (direct.as_dvec3(), total.as_dvec3())
     };
+    let (direct, total): (Vec<_>, Vec<_>) = case.points.iter().map(&mut at).unzip();
     let truth = |part: fn(&radiosity::check::truth_file::TruthValue) -> DVec3| case.values.iter().map(part).collect();
     let (truth_direct, truth_total): (Vec<_>, Vec<_>) = (truth(|value| value.direct), truth(|value| value.total));
-    field_errors(
-        Field { direct: &at(solution.direct()), total: &at(&total) },
-        Field { direct: &truth_direct, total: &truth_total },
-    )
+    field_errors(Field { direct: &direct, total: &total }, Field { direct: &truth_direct, total: &truth_total })
 }
 
-/// Field error against seconds on the Cornell box, 16 bounces.
+/// Processor seconds of this process, all threads.
+fn processor_seconds() -> f64 {
+    // Fields 14 and 15 after the name, in hundredths of a second (Linux); elsewhere 0.
+    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields: Vec<&str> = text.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    let ticks = |index: usize| fields.get(index).and_then(|word| word.parse::<f64>().ok()).unwrap_or(0.0);
+    (ticks(11) + ticks(12)) / 100.0
+}
+
+/// Field error against seconds on the Cornell box: even cuts, then cuts that follow the light.
 fn field() {
     let Some(case) = case(CASES[0].0, CASES[0].1, 1) else { return };
-    println!("segments  vertices   rays  seconds  lit      bias     direct   indirect  all");
+    println!(
+        "                                             |          vertex reconstruction          |  direct at the point"
+    );
+    println!(
+        "elements   vertices  gathered   rays  proc s  |  lit      bias     direct   all      |  lit      indirect  all"
+    );
     for (subdivide, rays) in [(2, 256), (3, 256), (4, 64), (4, 256), (4, 1024), (5, 256), (5, 1024)] {
         let settings = SolveSettings { rays, bounces: Some(16), subdivide, ..SolveSettings::default() };
-        let problem = problem(&case.scene, case.light, settings);
-        let (solution, report) = solve_unwatched(&problem);
-        let errors = errors_at_truth(&case, &problem, &solution);
+        field_line(&case, &format!("{} a wall", 1 << subdivide), settings);
+    }
+    for (error, rays) in
+        [(0.2, 64), (0.1, 64), (0.1, 128), (0.05, 128), (0.03, 256), (0.02, 256), (0.02, 512), (0.01, 512)]
+    {
+        let settings = SolveSettings { rays, unabsorbed: 1e-3, adaptive: Some(error), ..SolveSettings::default() };
+        field_line(&case, &format!("to {error}"), settings);
+    }
+}
+
+fn field_line(case: &Case, name: &str, settings: SolveSettings) {
+    let rays = settings.rays;
+    let before = processor_seconds();
+    let problem = problem(&case.scene, case.light, settings);
+    let (solution, report) = solve_unwatched(&problem);
+    let seconds = processor_seconds() - before;
+    let vertex = errors_at_truth(case, &problem, &solution, Reconstruction::Vertex);
+    let point = errors_at_truth(case, &problem, &solution, Reconstruction::PointDirect);
+    println!(
+        "{name:9}  {:8}  {:8}  {rays:5}  {seconds:6.2}  |  {:5.2} %  {:+5.2} %  {:5.2} %  {:5.2} %  |  {:5.2} %  {:5.2} %  {:5.2} %",
+        solution.buried.len(),
+        report.gathered_vertices,
+        100.0 * vertex.lit.total.relative_l2,
+        100.0 * vertex.lit.total.bias,
+        100.0 * vertex.lit.direct.relative_l2,
+        100.0 * vertex.all.total.relative_l2,
+        100.0 * point.lit.total.relative_l2,
+        100.0 * point.lit.indirect.relative_l2,
+        100.0 * point.all.total.relative_l2,
+    );
+    if std::env::var_os("VERBOSE").is_some() {
         println!(
-            "{:8}  {:8}  {rays:5}  {:7.3}  {:5.2} %  {:+5.2} %  {:5.2} %  {:6.2} %  {:5.2} %",
-            1 << subdivide,
-            solution.buried.len(),
+            "           wall {:.3}: following {:.3} (direct light {:.3}), bounces {:.3}; {:.2} M rays, {} shadow rays, {} bounces",
             report.seconds,
-            100.0 * errors.lit.total.relative_l2,
-            100.0 * errors.lit.total.bias,
-            100.0 * errors.lit.direct.relative_l2,
-            100.0 * errors.lit.indirect.relative_l2,
-            100.0 * errors.all.total.relative_l2
+            report.seconds_adapting,
+            report.seconds_following_direct,
+            report.bounce_seconds,
+            report.gather_rays as f64 * 1e-6,
+            report.shadow_rays,
+            solution.bounces.len()
         );
     }
 }
@@ -230,12 +272,13 @@ fn large() {
         let load_seconds = started.elapsed().as_secs_f64();
         let as_they_come = SolveSettings { bounces: Some(4), ..SolveSettings::default() };
         let cut = SolveSettings { max_edge: Some(0.5), unabsorbed: 0.001, ..SolveSettings::default() };
-        for settings in [as_they_come, cut] {
+        let follow = SolveSettings { adaptive: Some(0.2), rays: 128, unabsorbed: 0.001, ..SolveSettings::default() };
+        for settings in [as_they_come, follow, cut] {
             let started = Instant::now();
             let problem = problem(&loaded, case.light, settings);
             let build_seconds = started.elapsed().as_secs_f64();
             let (solution, report) = solve_unwatched(&problem);
-            let errors = errors_at_truth(&case, &problem, &solution);
+            let errors = errors_at_truth(&case, &problem, &solution, Reconstruction::Vertex);
             println!(
                 "{name:9}  {:9}  {:8}  {load_seconds:6.2}  {build_seconds:7.2}  {:7.2}  {:7.2}  {:7.2} %  {:+.2} %",
                 loaded.mesh.triangles.len(),

@@ -52,6 +52,7 @@ fn the_window_solves_to_the_bits_of_the_command_line() {
         load: window.state().document.loaded.load.clone(),
         light: results.input.light,
         settings: results.input.settings.clone(),
+        adapted: None,
     };
     let monitor = radiosity::solver::Monitor::new(results.total.len(), None);
     let (solution, _) = radiosity::solver::solve(&problem, &monitor);

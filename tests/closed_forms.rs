@@ -12,6 +12,7 @@ use radiosity::{
     math::sequence::Sampler,
     scene::{LoadOptions, Scene, Tessellation},
     solver::{Solution, SolveSettings},
+    transport::lights::DirectMethod,
 };
 
 /// Mean of a field over the elements' area, by the vertices' shares.
@@ -115,6 +116,7 @@ fn sampled_direct_light_agrees_with_lamberts_formula_on_an_empty_floor() {
             rays: 1,
             light_rays: 256,
             bounces: Some(0),
+            direct: DirectMethod::Sampled,
             sampler,
             subdivide: 4,
             ..SolveSettings::default()

@@ -79,7 +79,7 @@ fn picture(scene: &Scene, view: View, light: Option<AreaLight>, field: impl Fn(V
     let tessellation = Tessellation::new(scene, &TessellationOptions { subdivide: 1, max_edge: None }).unwrap();
     let field: Vec<Vec3> = tessellation.mesh.positions.iter().map(|&position| field(position)).collect();
     let tracer = EveryTriangle(scene);
-    let subject = Subject { scene, tracer: &tracer, tessellation: &tessellation, field: &field, light };
+    let subject = Subject { scene, tracer: &tracer, tessellation: &tessellation, field: &field, direct: None, light };
     let settings = RenderSettings { width: 64, height: 64, view, samples: 4, tone_map: PLAIN };
     render(&subject, &CAMERA, &settings)
 }
@@ -184,6 +184,7 @@ fn a_pixel_half_covered_is_half_way_between_both_colours() {
         tracer: &tracer,
         tessellation: &tessellation,
         field: &[Vec3::splat(PI); 4],
+        direct: None,
         light: None,
     };
     for samples in [2, 4, 6, 16] {
@@ -203,7 +204,14 @@ fn wireframe_lines_have_their_width_in_pixels_at_any_distance_and_hide_behind_su
     let tessellation = Tessellation::new(&scene, &TessellationOptions { subdivide: 1, max_edge: None }).unwrap();
     let field = vec![Vec3::ZERO; tessellation.mesh.positions.len()];
     let tracer = EveryTriangle(&scene);
-    let subject = Subject { scene: &scene, tracer: &tracer, tessellation: &tessellation, field: &field, light: None };
+    let subject = Subject {
+        scene: &scene,
+        tracer: &tracer,
+        tessellation: &tessellation,
+        field: &field,
+        direct: None,
+        light: None,
+    };
     for size in [64_u32, 200] {
         let view = View::Wireframe;
         let settings = RenderSettings { width: size, height: size, view, samples: 16, tone_map: PLAIN };

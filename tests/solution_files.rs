@@ -31,7 +31,7 @@ fn info() -> SolutionInfo {
 fn solution() -> Solution {
     let value = |bounce: usize, vertex: usize| Vec3::new(0.1 * vertex as f32, bounce as f32 / 3.0, f32::MIN_POSITIVE);
     let bounces = (0..2).map(|bounce| (0..5).map(|vertex| value(bounce, vertex)).collect()).collect();
-    Solution { info: info(), bounces, buried: vec![false, true, false, false, true] }
+    Solution { info: info(), bounces, buried: vec![false, true, false, false, true], cuts: Vec::new() }
 }
 
 /// A file with chosen arrays and the metadata of a good one but for its version.

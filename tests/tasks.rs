@@ -147,7 +147,7 @@ struct Loop {
 
 impl RayTracer for Loop {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
-        let hits = (0..self.scene.mesh.triangles.len() as u32).filter_map(|triangle| self.hit(triangle, ray));
+        let mut hits = (0..self.scene.mesh.triangles.len() as u32).filter_map(|triangle| self.hit(triangle, ray));
         if self.mistake == "any hit" { hits.next_back() } else { hits.min_by(|a, b| a.distance.total_cmp(&b.distance)) }
     }
 

@@ -128,7 +128,7 @@ impl Work {
         if let Some(problem) = settings.problem() {
             return Err(problem);
         }
-        let elements = elements_for(base, made_with, input)?;
+        let elements = elements_for(base, made_with, input, &|| self.stopped.load(Relaxed))?;
         let report = |stage: &str, done: Option<f32>| {
             let percent = done.map_or(String::new(), |done| format!(", {:.0} %", 100.0 * done));
             self.send(LightmapEvent::Status(format!("{stage}{percent}")));

@@ -63,6 +63,7 @@ pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
         choice_row(ui, "Engine", &help("engine"), &mut settings.engine);
         let rays = Slider::new(&mut settings.rays, 1..=16384).logarithmic(true);
         row(ui, "Rays", &help("rays"), rays);
+        choice_row(ui, "Direct light", &help("direct"), &mut settings.direct);
         let light_rays = Slider::new(&mut settings.light_rays, 1..=4096).logarithmic(true);
         row(ui, "Light rays", &help("light_rays"), light_rays);
         let mut limited = settings.bounces.is_some();
@@ -85,6 +86,13 @@ pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
             ui.add(DragValue::new(length).range(1e-4..=1e6).speed(0.005).suffix(" m")).labelled_by(label);
         });
         settings.max_edge = settings.max_edge.or(graded.then_some(0.1)).filter(|_| graded);
+        let mut follows = settings.adaptive.is_some();
+        optional_row(ui, "Follow light", &help("adaptive"), &mut follows, |ui, label| {
+            let error = settings.adaptive.get_or_insert(0.03);
+            ui.add(DragValue::new(error).range(0.005..=0.5).speed(0.001)).labelled_by(label);
+        });
+        settings.adaptive = settings.adaptive.or(follows.then_some(0.03)).filter(|_| follows);
+        row(ui, "Most vertices", &help("max_vertices"), DragValue::new(&mut settings.max_vertices));
         let memory = Slider::new(&mut settings.row_memory, 0..=65536).logarithmic(true).suffix(" MiB");
         row(ui, "Row memory", &help("row_memory"), memory);
     });

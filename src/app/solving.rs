@@ -17,6 +17,7 @@ use crate::{
     gpu::ViewGeometry,
     math::ratio_or_zero,
     scene::{LoadOptions, Material, Scene, Tessellation, area_light::AreaLightState},
+    solver::adapt::Adapted,
     solver::{
         Job, Message, Monitor, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower,
         faults::Fault, student_engine::HOLE_COLOUR,
@@ -41,6 +42,8 @@ pub struct Elements {
     pub tessellation: Arc<Tessellation>,
     /// Its ray tracer.
     pub tracer: Arc<Tracer>,
+    /// What is known on elements that follow the light.
+    pub adapted: Option<Arc<Adapted>>,
     /// The elements, ready to be drawn.
     pub geometry: Arc<ViewGeometry>,
 }
@@ -65,7 +68,7 @@ impl Elements {
     pub fn of_tessellation(scene: Arc<Scene>, load: LoadOptions, tessellation: Tessellation) -> Result<Self, String> {
         let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
         let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
-        Ok(Self { scene, load, tessellation: Arc::new(tessellation), tracer, geometry })
+        Ok(Self { scene, load, tessellation: Arc::new(tessellation), tracer, adapted: None, geometry })
     }
 }
 
@@ -222,9 +225,15 @@ fn with_holes(mut field: Vec<Vec3>, holes: &[u32]) -> Vec<Vec3> {
 }
 
 /// The elements that `input` asks for: `base`, which was made with the settings `made_with`, if it still serves.
-pub(super) fn elements_for(base: &Elements, made_with: &SolveSettings, input: &SolveInput) -> Result<Elements, String> {
+pub(super) fn elements_for(
+    base: &Elements,
+    made_with: &SolveSettings,
+    input: &SolveInput,
+    is_cancelled: &(dyn Fn() -> bool + Sync),
+) -> Result<Elements, String> {
     let same_materials = base.scene.materials == *input.materials;
-    if same_materials && made_with.tessellation() == input.settings.tessellation() {
+    let follows_light = made_with.adaptive.is_some() || input.settings.adaptive.is_some();
+    if same_materials && !follows_light && made_with.tessellation() == input.settings.tessellation() {
         return input.settings.problem().map_or_else(|| Ok(base.clone()), Err);
     }
     let scene = if same_materials {
@@ -232,7 +241,15 @@ pub(super) fn elements_for(base: &Elements, made_with: &SolveSettings, input: &S
     } else {
         Arc::new(Scene { materials: input.materials.to_vec(), ..Scene::clone(&base.scene) })
     };
-    Elements::new(scene, base.load.clone(), &input.settings)
+    if input.settings.adaptive.is_none() {
+        return Elements::new(scene, base.load.clone(), &input.settings);
+    }
+    let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
+    let (light, settings) = (input.light, input.settings.clone());
+    let problem = Problem::new(scene, tracer.clone(), base.load.clone(), light, settings, is_cancelled)?;
+    let Problem { scene, load, tessellation, adapted, .. } = problem;
+    let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
+    Ok(Elements { scene, load, tessellation, tracer, adapted, geometry })
 }
 
 /// What the thread works on.
@@ -247,7 +264,8 @@ struct Work {
 
 impl Work {
     fn run(self, wake: &impl Fn()) {
-        let job = elements_for(&self.base, &self.made_with, &self.input).and_then(|elements| {
+        let is_cancelled = || self.shared.cancelled.load(Relaxed);
+        let job = elements_for(&self.base, &self.made_with, &self.input, &is_cancelled).and_then(|elements| {
             let problem = Problem {
                 scene: Arc::clone(&elements.scene),
                 tracer: elements.tracer.clone(),
@@ -255,6 +273,7 @@ impl Work {
                 load: elements.load.clone(),
                 light: self.input.light,
                 settings: self.input.settings.clone(),
+                adapted: elements.adapted.clone(),
             };
             let tessellation = Arc::clone(&elements.tessellation);
             self.send(SolveEvent::Started(elements));

@@ -56,6 +56,7 @@ impl App {
             load: elements.load.clone(),
             light: results.input.light,
             settings: results.input.settings.clone(),
+            adapted: None,
         };
         let before: Vec<&[Vec3]> = results.bounces[..bounce].iter().map(|field| field.as_slice()).collect();
         view.rays = Some(rays_of_vertex(&problem, &FUNCTIONS, &before, vertex));

@@ -19,7 +19,7 @@ use crate::{
     },
     files::truth_comparison::{compare_with_truth as compare_with_truth_file, values_of},
     scene::Scene,
-    solver::Solution,
+    solver::{Reconstruction, Solution},
     trace::Tracer,
 };
 
@@ -36,6 +36,9 @@ pub struct CompareArgs {
     /// The scene; needed to compare a solution with a truth file, or with a solution of other elements.
     #[arg(long, value_name = "SCENE")]
     pub scene: Option<PathBuf>,
+    /// How a solution's field is rebuilt at the points of a truth file.
+    #[arg(long, value_enum, default_value_t)]
+    pub reconstruct: Reconstruction,
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
@@ -150,7 +153,7 @@ fn compare_with_truth(args: &CompareArgs, truth: &TruthFile) -> anyhow::Result<C
     };
     let (field, scene): (_, std::sync::Arc<Scene>) = solved_scene::open_field(&args.a, scene)?;
     let tracer = Tracer::new(scene.clone());
-    let at = |triangle, place| field.at(triangle, place);
+    let at = field.rebuilt(&scene, &tracer, args.reconstruct);
     let compared = compare_with_truth_file(&scene, &tracer, at, (truth, &args.b))?;
     let (errors, off_surface) = (compared.errors, compared.off_surface);
     Ok(Comparison { errors, bounces: Vec::new(), off_surface, agreement: None })
@@ -262,8 +265,12 @@ mod tests {
             program_version: String::from("test"),
             complete: true,
         };
-        let solution =
-            Solution { info, bounces: vec![constant(1.0), constant(2.0)], buried: vec![false; constant(0.0).len()] };
+        let solution = Solution {
+            info,
+            bounces: vec![constant(1.0), constant(2.0)],
+            buried: vec![false; constant(0.0).len()],
+            cuts: Vec::new(),
+        };
         files::write_solution(&at("a.safetensors"), &solution).unwrap();
         let other = Solution { bounces: vec![constant(1.0), constant(1.5)], ..solution };
         files::write_solution(&at("b.safetensors"), &other).unwrap();
@@ -279,7 +286,13 @@ mod tests {
 
     fn compare_in(folder: &tempfile::TempDir, a: &str, b: &str, with_scene: bool) -> anyhow::Result<Comparison> {
         let at = |name: &str| folder.path().join(name);
-        compare(&CompareArgs { a: at(a), b: at(b), scene: with_scene.then(|| at("scene.obj")), json: false })
+        compare(&CompareArgs {
+            a: at(a),
+            b: at(b),
+            scene: with_scene.then(|| at("scene.obj")),
+            reconstruct: Reconstruction::Vertex,
+            json: false,
+        })
     }
 
     #[test]

@@ -34,6 +34,7 @@ fn draw(loaded: &LoadedScene, solved: &Solved) -> anyhow::Result<()> {
         tracer: &*solved.tracer,
         tessellation: &solved.tessellation,
         field: &solved.solution.total(),
+        direct: None,
         light: solved.solution.info.light.map(|light| light.to_local(&scene.frame)),
     };
     let settings = RenderSettings { tone_map: loaded.tone_map, ..RenderSettings::default() };

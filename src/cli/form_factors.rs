@@ -275,6 +275,7 @@ fn solution(
         },
         bounces: fields.into_iter().map(at_vertices).collect(),
         buried: vec![false; mesh.positions.len()],
+        cuts: Vec::new(),
     }
 }
 

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 use super::{Outcome, files, solved_scene};
 use crate::{
     scene::mesh,
+    solver::{PointIrradiance, Reconstruction},
     trace::{Tracer, locate::locate_point},
 };
 
@@ -24,6 +25,9 @@ pub struct ProbeArgs {
     /// The points (CSV with the columns px,py,pz in metres and nx,ny,nz; others are ignored).
     #[arg(long, value_name = "FILE")]
     pub points: PathBuf,
+    /// How the field is rebuilt between the vertices.
+    #[arg(long, value_enum, default_value_t)]
+    pub reconstruct: Reconstruction,
     /// Where the points go with their direct and total irradiance [W/m²] (CSV). A point on no surface gets empty
     /// fields.
     #[arg(short, long, value_name = "FILE")]
@@ -35,11 +39,12 @@ pub fn run(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     let table = files::read_bytes(&args.points)?;
     let (field, scene) = solved_scene::open_field(&args.solution, &args.scene)?;
     let tracer = Tracer::new(scene.clone());
+    let rebuilt = field.rebuilt(&scene, &tracer, args.reconstruct);
     let irradiance_at = |position: DVec3, normal: Vec3| {
         let normal = Some(mesh::unit_or_zero(normal)).filter(|normal| *normal != Vec3::ZERO)?;
         let (triangle, place) = locate_point(&tracer, &scene, scene.frame.point_to_local(position), normal)?;
-        let (direct, total) = field.at(triangle, place);
-        Some(ProbedIrradiance { direct, total })
+        let (direct, total) = rebuilt(triangle, place);
+        Some(PointIrradiance { direct, total })
     };
     let mut counts = ProbeCounts::default();
     files::write_atomically(&args.output, |writer| {
@@ -63,15 +68,6 @@ const CHUNK_SIZE: usize = 1 << 18;
 /// Chunks whose answers are held in memory before they are written.
 const CHUNKS_AT_ONCE: usize = 64;
 
-/// Direct and total irradiance [W/m²] at a point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ProbedIrradiance {
-    /// Of bounce 0.
-    pub direct: Vec3,
-    /// Of all bounces.
-    pub total: Vec3,
-}
-
 /// How many points were read.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ProbeCounts {
@@ -91,7 +87,7 @@ pub struct ProbeCounts {
 pub fn probe_table(
     table: &[u8],
     writer: &mut dyn Write,
-    irradiance_at: impl Fn(DVec3, Vec3) -> Option<ProbedIrradiance> + Sync,
+    irradiance_at: impl Fn(DVec3, Vec3) -> Option<PointIrradiance> + Sync,
 ) -> anyhow::Result<ProbeCounts> {
     let (columns, body) = read_header(table)?;
     writeln!(writer, "{},{}", POINT_COLUMNS.join(","), ANSWER_COLUMNS.join(","))?;
@@ -167,7 +163,7 @@ struct RowProblem {
 fn probe_chunk(
     chunk: &[u8],
     columns: [usize; 6],
-    irradiance_at: &impl Fn(DVec3, Vec3) -> Option<ProbedIrradiance>,
+    irradiance_at: &impl Fn(DVec3, Vec3) -> Option<PointIrradiance>,
 ) -> Result<(Vec<u8>, ProbeCounts), RowProblem> {
     let mut reader =
         ReaderBuilder::new().has_headers(false).flexible(true).comment(Some(b'#')).trim(Trim::All).from_reader(chunk);
@@ -185,7 +181,7 @@ fn probe_chunk(
         let answer = irradiance_at(DVec3::new(px, py, pz), DVec3::new(nx, ny, nz).as_vec3());
         counts.points += 1;
         counts.off_surface += usize::from(answer.is_none());
-        let answer = answer.map(|ProbedIrradiance { direct, total }| (direct.to_array(), total.to_array()));
+        let answer = answer.map(|PointIrradiance { direct, total }| (direct.to_array(), total.to_array()));
         let written = match answer {
             Some(answer) => writer.serialize((texts, answer)),
             None => writer.serialize((texts, [""; ANSWER_COLUMNS.len()])),
@@ -216,8 +212,8 @@ mod tests {
     use super::*;
 
     /// Direct irradiance is the point, total the normal; there is no surface below z = 0.
-    fn echo(position: DVec3, normal: Vec3) -> Option<ProbedIrradiance> {
-        (position.z >= 0.0).then_some(ProbedIrradiance { direct: position.as_vec3(), total: normal })
+    fn echo(position: DVec3, normal: Vec3) -> Option<PointIrradiance> {
+        (position.z >= 0.0).then_some(PointIrradiance { direct: position.as_vec3(), total: normal })
     }
 
     fn probe(table: &str) -> Result<(String, ProbeCounts), String> {

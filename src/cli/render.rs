@@ -5,10 +5,14 @@ use std::{path::PathBuf, time::Instant};
 use anyhow::{anyhow, bail};
 use clap::Args;
 
+#[cfg(feature = "reference")]
+use crate::{solver::Reconstructor, trace::SurfacePoint, transport::visible_light::Scratch};
+
 use super::{Outcome, files, solved_scene};
 use crate::{
     math::color::{ToneCurve, ToneMap},
     render::{RenderSettings, Subject, View, render, view::VIEW_NAMES},
+    solver::Reconstruction,
     trace::Tracer,
 };
 
@@ -25,6 +29,9 @@ pub struct RenderArgs {
     /// What is shown.
     #[arg(long, default_value_t = View::Radiosity, help = format!("What is shown: {VIEW_NAMES}"))]
     pub view: View,
+    /// How the field is rebuilt between the vertices.
+    #[arg(long, value_enum, default_value_t)]
+    pub reconstruct: Reconstruction,
     /// Width and height in pixels.
     #[arg(long, value_name = "WxH", default_value = "960x720", value_parser = parse_size)]
     pub size: (u32, u32),
@@ -68,15 +75,25 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     }
     let solved = solved_scene::open_solved(&args.solution, &args.scene, args.state.as_deref())?;
     let scene = &solved.loaded.scene;
-    let field = args.view.field(&solved.solution);
+    let field = args.view.field(&solved.solution, args.reconstruct);
     let field = field.map_err(|problem| anyhow!("{}: {problem}", args.solution.display()))?;
     let started = Instant::now();
+    let tracer = Tracer::new(scene.clone());
+    let light = solved.solution.info.light.map(|light| light.to_local(&scene.frame));
+    #[cfg(feature = "reference")]
+    let rebuilt = Reconstructor::new(scene, &tracer, &solved.tessellation, &solved.solution, args.reconstruct);
+    #[cfg(feature = "reference")]
+    let direct = |point: &SurfacePoint, scratch: &mut Scratch| rebuilt.direct_at(point, scratch);
     let subject = Subject {
         scene,
-        tracer: &Tracer::new(scene.clone()),
+        tracer: &tracer,
         tessellation: &solved.tessellation,
         field: &field,
-        light: solved.solution.info.light.map(|light| light.to_local(&scene.frame)),
+        #[cfg(feature = "reference")]
+        direct: (args.reconstruct == Reconstruction::PointDirect && args.view.shows_direct()).then_some(&direct),
+        #[cfg(not(feature = "reference"))]
+        direct: None,
+        light,
     };
     let (width, height) = args.size;
     let tone_map = args.tone.over(solved.loaded.tone_map);

@@ -148,21 +148,14 @@ pub fn solve_with_progress(
         bail!("{problem}");
     }
     let started = Instant::now();
-    let tessellation =
-        Arc::new(Tessellation::new(&loaded.scene, &settings.tessellation()).map_err(anyhow::Error::msg)?);
     let tracer = Arc::new(Tracer::new(Arc::clone(&loaded.scene)));
-    let build_seconds = started.elapsed().as_secs_f64();
     if light.is_none() && loaded.scene.emissive_triangles().next().is_none() {
         eprintln!("warning: nothing shines in this scene; place a light with --light-centre and the like, or --state");
     }
-    let problem = Problem {
-        scene: Arc::clone(&loaded.scene),
-        tracer: tracer.clone(),
-        tessellation: Arc::clone(&tessellation),
-        load: loaded.load.clone(),
-        light,
-        settings,
-    };
+    let (scene, load) = (Arc::clone(&loaded.scene), loaded.load.clone());
+    let problem = Problem::new(scene, tracer.clone(), load, light, settings, &|| false).map_err(anyhow::Error::msg)?;
+    let tessellation = Arc::clone(&problem.tessellation);
+    let build_seconds = started.elapsed().as_secs_f64();
     if let Some(remark) = problem.remark() {
         eprintln!("warning: {remark}");
     }
@@ -177,6 +170,7 @@ pub fn solve_with_progress(
     job.messages().for_each(|message| show(&message, &mut progress));
     let (solution, report) = job.finish().context("the solver stopped by an error of its own; please report it")?;
     progress.finish(if solution.info.complete { "done" } else { "cancelled: what was computed is kept" });
+    let build_seconds = build_seconds - report.seconds_adapting;
     Ok(Solved { tracer, tessellation, solution, report, build_seconds })
 }
 
@@ -225,6 +219,12 @@ pub fn print_summary(report: &FullReport) {
     println!("elements   {} with {} vertices, {} buried", report.elements, report.vertices, solve.buried_vertices);
     if !solve.holes.is_empty() {
         println!("holes      {} vertices, for want of a usable value from src/student", solve.holes.len());
+    }
+    if solve.gathered_vertices > 0 {
+        println!(
+            "following  {:.3} s to follow the light, {:.3} of it direct light; rays gathered at {} vertices",
+            solve.seconds_adapting, solve.seconds_following_direct, solve.gathered_vertices
+        );
     }
     println!("bounces    {} (bounce 0 is direct light), {:.3} % unabsorbed", report.bounces, 100.0 * solve.unabsorbed);
     println!(

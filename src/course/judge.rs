@@ -274,6 +274,7 @@ impl Stage {
             tracer: &self.tracer,
             tessellation: elements,
             field: &solution.total(),
+            direct: None,
             light: solution.info.light.map(|light| light.to_local(&self.loaded.scene.frame)),
         };
         let (width, height) = PICTURE_SIZE;

@@ -240,7 +240,7 @@ mod tests {
             complete: true,
         };
         let bounces = vec![vec![Vec3::new(0.75 * PI, 0.0, 0.0); 5], vec![Vec3::new(0.25 * PI, PI, 0.0); 5]];
-        let solution = Solution { info, bounces, buried: vec![false, false, true, false, false] };
+        let solution = Solution { info, bounces, buried: vec![false, false, true, false, false], cuts: Vec::new() };
         (scene, tessellation, solution)
     }
 

@@ -113,7 +113,8 @@ pub fn write_picture(path: &Path, picture: &RgbaImage) -> anyhow::Result<()> {
 pub fn elements_of(path: &Path, solution: &Solution, scene: &Scene) -> anyhow::Result<Tessellation> {
     let named = |problem: String| anyhow!("{}: {problem}", path.display());
     solution_file::check_scene(&solution.info, scene).map_err(|problem| named(problem.to_string()))?;
-    let tessellation = Tessellation::new(scene, &solution.info.settings.tessellation()).map_err(named)?;
+    let tessellation =
+        Tessellation::with_cuts(scene, &solution.info.settings.tessellation(), &solution.cuts).map_err(named)?;
     let checked = solution_file::check_tessellation(&solution.info, &tessellation.hash());
     checked.map_err(|problem| named(problem.to_string()))?;
     if tessellation.mesh.positions.len() != solution.buried.len() {

@@ -10,10 +10,12 @@ use crate::{
     lightmap::Charts,
     scene::{LoadOptions, Scene, Tessellation},
     solver::{
-        LightmapSolution, Solution,
+        LightmapSolution, Reconstruction, Reconstructor, Solution,
         lightmap_solution::{self, is_lightmap},
         solution_file,
     },
+    trace::RayTracer,
+    transport::visible_light::Scratch,
 };
 
 /// What a solution file holds.
@@ -46,19 +48,19 @@ impl AnySolution {
     }
 }
 
-/// How values between the elements are rebuilt.
+/// What carries the values.
 #[derive(Clone, Debug)]
-pub enum Reconstruction {
-    /// Linear between the vertices of triangles.
-    Vertices(Tessellation),
-    /// Bilinear between the texels of a lightmap.
+enum Elements {
+    /// The vertices of triangles.
+    Vertices(Box<(Tessellation, Solution)>),
+    /// The texels of a lightmap.
     Lightmap(Charts),
 }
 
 /// A solution as irradiance at any point of its scene's surfaces.
 #[derive(Clone, Debug)]
 pub struct SolvedField {
-    reconstruction: Reconstruction,
+    elements: Elements,
     direct: Vec<Vec3>,
     total: Vec<Vec3>,
 }
@@ -71,25 +73,44 @@ impl SolvedField {
     pub fn new(path: &Path, solution: AnySolution, scene: &Scene) -> anyhow::Result<Self> {
         match solution {
             AnySolution::Vertices(solution) => Ok(Self {
-                reconstruction: Reconstruction::Vertices(elements_of(path, &solution, scene)?),
                 direct: solution.direct().to_vec(),
                 total: solution.total(),
+                elements: Elements::Vertices(Box::new((elements_of(path, &solution, scene)?, solution))),
             }),
             AnySolution::Lightmap(solution) => {
                 let checked = lightmap_solution::check_scene(&solution, scene);
                 checked.map_err(|problem| anyhow!("{}: {problem}", path.display()))?;
                 let LightmapSolution { charts, direct, total, .. } = solution;
-                Ok(Self { reconstruction: Reconstruction::Lightmap(charts), direct, total })
+                Ok(Self { elements: Elements::Lightmap(charts), direct, total })
             }
         }
     }
 
     /// Irradiance of the lights alone, and all irradiance [W/m²], at a point of a scene triangle.
     pub fn at(&self, triangle: u32, barycentric: Vec2) -> (Vec3, Vec3) {
-        let at = |field: &[Vec3]| match &self.reconstruction {
-            Reconstruction::Vertices(tessellation) => tessellation.interpolate(field, triangle, barycentric),
-            Reconstruction::Lightmap(charts) => charts.interpolate(field, triangle, barycentric),
+        let at = |field: &[Vec3]| match &self.elements {
+            Elements::Vertices(solved) => solved.0.interpolate(field, triangle, barycentric),
+            Elements::Lightmap(charts) => charts.interpolate(field, triangle, barycentric),
         };
         (at(&self.direct), at(&self.total))
+    }
+
+    /// The same at any point, by the way `how` says; a lightmap has its own way, between its texels.
+    pub fn rebuilt<'a>(
+        &'a self,
+        scene: &'a Scene,
+        tracer: &'a dyn RayTracer,
+        how: Reconstruction,
+    ) -> Box<dyn Fn(u32, Vec2) -> (Vec3, Vec3) + Sync + 'a> {
+        match &self.elements {
+            Elements::Vertices(solved) => {
+                let field = Reconstructor::new(scene, tracer, &solved.0, &solved.1, how);
+                Box::new(move |triangle, barycentric| {
+                    let found = field.irradiance(triangle, barycentric, &mut Scratch::default());
+                    (found.direct, found.total)
+                })
+            }
+            Elements::Lightmap(_) => Box::new(|triangle, barycentric| self.at(triangle, barycentric)),
+        }
     }
 }

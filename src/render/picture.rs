@@ -10,8 +10,12 @@ use super::{view::View, wireframe};
 use crate::{
     math::color::{ToneMap, linear_to_srgb},
     scene::{AreaLight, Camera, Scene, Tessellation},
-    trace::{Hit, NO_TRIANGLE, Ray, RayTracer},
+    trace::{Hit, NO_TRIANGLE, Ray, RayTracer, SurfacePoint},
+    transport::visible_light::Scratch,
 };
+
+/// Direct irradiance [W/m²] at a point, as it is computed for a picture.
+pub type PointLight<'a> = dyn Fn(&SurfacePoint, &mut Scratch) -> Vec3 + Sync + 'a;
 
 /// What is drawn.
 pub struct Subject<'a, Tracer> {
@@ -23,6 +27,8 @@ pub struct Subject<'a, Tracer> {
     pub tessellation: &'a Tessellation,
     /// Irradiance [W/m²] at the tessellation's vertices, from [`View::field`]; may be empty for views that show none.
     pub field: &'a [Vec3],
+    /// Direct light, where it is computed at each shown point and not a part of `field`.
+    pub direct: Option<&'a PointLight<'a>>,
     /// The placed area light, drawn in the views of radiosity.
     pub light: Option<AreaLight>,
 }
@@ -66,11 +72,14 @@ pub fn render<Tracer: RayTracer>(
 ) -> RgbaImage {
     let mut image = RgbaImage::new(settings.width, settings.height);
     let size = Vec2::new(settings.width as f32, settings.height as f32);
-    image.par_enumerate_pixels_mut().for_each(|(column, row, pixel)| {
+    image.par_enumerate_pixels_mut().for_each_init(Scratch::default, |scratch, (column, row, pixel)| {
         let corner = Vec2::new(column as f32, row as f32);
         let samples = settings.samples.max(1);
         let sum: Vec3 = (0..samples)
-            .map(|index| sample_colour(subject, camera, settings, (corner + sample_offset(index, samples)) / size))
+            .map(|index| {
+                let place = (corner + sample_offset(index, samples)) / size;
+                sample_colour(subject, camera, settings, place, scratch)
+            })
             .sum();
         let coded = (sum / samples as f32 * 255.0).round();
         pixel.0 = [coded.x as u8, coded.y as u8, coded.z as u8, 255];
@@ -92,6 +101,7 @@ fn sample_colour<Tracer: RayTracer>(
     camera: &Camera,
     settings: &RenderSettings,
     picture_point: Vec2,
+    scratch: &mut Scratch,
 ) -> Vec3 {
     let aspect = settings.width as f32 / settings.height as f32;
     let direction = camera.direction(picture_point, aspect).normalize_or(camera.forward);
@@ -107,7 +117,7 @@ fn sample_colour<Tracer: RayTracer>(
     let Some(hit) = hit else {
         return BACKGROUND;
     };
-    let colour = surface_colour(subject, settings, &hit);
+    let colour = surface_colour(subject, settings, &hit, scratch);
     if settings.view != View::Wireframe {
         return colour;
     }
@@ -116,9 +126,22 @@ fn sample_colour<Tracer: RayTracer>(
 }
 
 /// sRGB-coded colour of the front side of a surface.
-fn surface_colour<Tracer>(subject: &Subject<'_, Tracer>, settings: &RenderSettings, hit: &Hit) -> Vec3 {
+fn surface_colour<Tracer>(
+    subject: &Subject<'_, Tracer>,
+    settings: &RenderSettings,
+    hit: &Hit,
+    scratch: &mut Scratch,
+) -> Vec3 {
     let (scene, triangle, barycentric) = (subject.scene, hit.triangle, hit.barycentric);
-    let irradiance = || subject.tessellation.interpolate(subject.field, triangle, barycentric);
+    let mut irradiance = || {
+        let interpolated = if subject.field.is_empty() {
+            Vec3::ZERO
+        } else {
+            subject.tessellation.interpolate(subject.field, triangle, barycentric)
+        };
+        let point = || SurfacePoint::new(scene, triangle, barycentric);
+        interpolated + subject.direct.map_or(Vec3::ZERO, |direct| direct(&point(), scratch))
+    };
     match settings.view {
         View::Radiosity | View::Wireframe => {
             let reflected = scene.reflectance(triangle, barycentric) * irradiance() / PI;

@@ -4,7 +4,7 @@ use std::{borrow::Cow, fmt, str::FromStr};
 
 use glam::Vec3;
 
-use crate::solver::Solution;
+use crate::solver::{Reconstruction, Solution};
 
 /// What a picture shows. Irradiance is shown as the radiance E/π of a white surface, so that one exposure suits all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,11 +31,21 @@ pub enum View {
 pub const VIEW_NAMES: &str = "radiosity, irradiance, direct, indirect, bounce=K, normals, albedo or wireframe";
 
 impl View {
-    /// The irradiance [W/m²] at the vertices that the view shows; empty for views that show none.
+    /// True if the view shows direct light, alone or in a sum.
+    pub fn shows_direct(self) -> bool {
+        matches!(self, View::Radiosity | View::Irradiance | View::Wireframe | View::Direct | View::Bounce(0))
+    }
+
+    /// The irradiance [W/m²] at the vertices that the view shows, without what is computed at the shown points; empty
+    /// for views that show none.
     ///
     /// # Errors
     /// A bounce that the solution does not have.
-    pub fn field(self, solution: &Solution) -> Result<Cow<'_, [Vec3]>, String> {
+    pub fn field(self, solution: &Solution, reconstruction: Reconstruction) -> Result<Cow<'_, [Vec3]>, String> {
+        if reconstruction != Reconstruction::Vertex && self.shows_direct() {
+            let is_direct_alone = matches!(self, View::Direct | View::Bounce(_));
+            return Ok(if is_direct_alone { Cow::default() } else { solution.indirect().into() });
+        }
         match self {
             View::Radiosity | View::Irradiance | View::Wireframe => Ok(solution.total().into()),
             View::Direct => Ok(solution.direct().into()),

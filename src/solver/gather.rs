@@ -17,6 +17,7 @@ use crate::transport::{
     Lights, RowChunk, Transport, VertexOrigins,
     direct::{DirectContext, ShadowRays},
     lights::FinderCounts,
+    visible_light::Scratch,
 };
 
 /// Gather rays that one task traces: some 10 ms of work, and 128 KiB of rows.
@@ -88,6 +89,7 @@ impl Solve<'_> {
             scene: &self.problem.scene,
             tracer: &*self.problem.tracer,
             tessellation: &self.problem.tessellation,
+            targets: &self.problem.tessellation,
             origins: &self.origins,
             lights: &self.lights,
             finders: self.finders(rays),
@@ -163,6 +165,7 @@ impl Solve<'_> {
             scene: &self.problem.scene,
             tracer: &*self.problem.tracer,
             lights: &self.lights,
+            method: self.settings().direct,
             sampler: self.settings().sampler,
             seed: self.settings().seed,
             light_rays: self.settings().light_rays,
@@ -170,11 +173,11 @@ impl Solve<'_> {
             is_cancelled: &|| self.monitor.is_cancelled(),
         };
         let started = Instant::now();
+        let mut scratch = Scratch::default();
         let Traced { rows, direct, direct_errors, buried, shadow_rays, direct_seconds, .. } = traced;
         self.transport(rays).trace(vertices, rows, &|| self.monitor.is_cancelled(), |vertex, usable, found| {
             let since = Instant::now();
-            let (sampled, squared_error) = direct_light.irradiance(vertex, usable, shadow_rays);
-            let irradiance = found + sampled;
+            let (irradiance, squared_error) = direct_light.irradiance(vertex, usable, found, &mut scratch, shadow_rays);
             self.monitor.add_live(vertex as usize, irradiance);
             direct.push(irradiance);
             direct_errors.push(squared_error);

@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::{math::sequence::Sampler, scene::tessellate::TessellationOptions};
+use crate::{math::sequence::Sampler, scene::tessellate::TessellationOptions, transport::lights::DirectMethod};
 
 /// Whose functions gather the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -27,7 +27,10 @@ pub struct SolveSettings {
     /// Hemisphere rays a vertex. 64 is a preview, 256 good, 1024 fine; powers of two suit the Sobol points.
     #[arg(long, value_name = "N", default_value_t = SolveSettings::default().rays)]
     pub rays: u32,
-    /// Shadow rays a vertex, for the area light and again for emissive materials.
+    /// How direct light is found: by its visible part's closed form, or by samples alone.
+    #[arg(long, value_enum, default_value_t = SolveSettings::default().direct)]
+    pub direct: DirectMethod,
+    /// Shadow rays a vertex where direct light is sampled, for the area light and again for emissive materials.
     #[arg(long, value_name = "N", default_value_t = SolveSettings::default().light_rays)]
     pub light_rays: u32,
     /// Indirect bounces to compute; without it, bounces go on until `--unabsorbed` is reached.
@@ -48,6 +51,13 @@ pub struct SolveSettings {
     /// Bisect edges until none is longer than this, in metres.
     #[arg(long, value_name = "METRES")]
     pub max_edge: Option<f64>,
+    /// Cut where the light bends, until the error is about this part of the mean light (0.02 is good), instead of
+    /// cutting to a length.
+    #[arg(long, value_name = "ERROR")]
+    pub adaptive: Option<f32>,
+    /// Cut no finer once there are about this many vertices, with `--adaptive`.
+    #[arg(long, value_name = "N", default_value_t = SolveSettings::default().max_vertices)]
+    pub max_vertices: u32,
     /// Memory for the traced rows, in MiB; what does not fit is traced again at each bounce, with the same result.
     #[arg(long, value_name = "MIB", default_value_t = SolveSettings::default().row_memory)]
     pub row_memory: u32,
@@ -58,6 +68,7 @@ impl Default for SolveSettings {
         Self {
             engine: Engine::default(),
             rays: 256,
+            direct: DirectMethod::Analytic,
             light_rays: 64,
             bounces: None,
             unabsorbed: 0.01,
@@ -65,6 +76,8 @@ impl Default for SolveSettings {
             seed: 1,
             subdivide: 0,
             max_edge: None,
+            adaptive: None,
+            max_vertices: 1_000_000,
             row_memory: 2048,
         }
     }
@@ -86,6 +99,14 @@ impl SolveSettings {
         }
         if self.max_edge.is_some_and(|length| !(length > 0.0 && length.is_finite())) {
             return Some(String::from("max-edge must be a positive length in metres"));
+        }
+        if self.adaptive.is_some_and(|error| !(error > 0.0 && error <= 1.0)) {
+            return Some(String::from("adaptive must be an error above 0 and up to 1, such as 0.02"));
+        }
+        if self.adaptive.is_some() && self.engine == Engine::Student {
+            return Some(String::from(
+                "adaptive needs the engine `reference`: that of the student takes elements as they are",
+            ));
         }
         if self.subdivide > 12 {
             return Some(format!(

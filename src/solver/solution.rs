@@ -36,6 +36,8 @@ pub struct Solution {
     pub bounces: Vec<Vec<Vec3>>,
     /// Vertices whose hemisphere mostly sees back faces.
     pub buried: Vec<bool>,
+    /// How elements that follow the light were cut ([`crate::scene::Tessellation::with_cuts`]); else empty.
+    pub cuts: Vec<u32>,
 }
 
 impl Solution {

@@ -3,6 +3,7 @@
 //! | array | type | shape | meaning |
 //! | --- | --- | --- | --- |
 //! | `irradiance` | f32 | bounces, vertices, 3 | irradiance [W/m²] of each bounce alone, linear RGB; 0 is direct |
+//! | `cuts` | u32 | any | how elements that follow the light were cut; only there if they do |
 //! | `buried` | u8 | vertices | 1 where the vertex's hemisphere mostly sees back faces, else 0 |
 //!
 //! The metadata has one entry, `radiosity-solution`: JSON with `version` (1) and `info`, a [`SolutionInfo`]. The
@@ -36,6 +37,7 @@ pub const FORMAT_VERSION: u32 = 1;
 const METADATA_KEY: &str = "radiosity-solution";
 const IRRADIANCE: &str = "irradiance";
 const BURIED: &str = "buried";
+const CUTS: &str = "cuts";
 
 /// Why bytes are not a usable solution. Prints as one line, without the file's name.
 #[derive(Debug, thiserror::Error)]
@@ -104,10 +106,14 @@ pub fn encode(solution: &Solution) -> Result<Vec<u8>, SolutionFileError> {
     let irradiance: Vec<u8> =
         solution.bounces.iter().flatten().flat_map(|value| value.to_array()).flat_map(f32::to_le_bytes).collect();
     let buried: Vec<u8> = solution.buried.iter().map(|&buried| u8::from(buried)).collect();
-    let arrays = [
+    let cuts: Vec<u8> = solution.cuts.iter().copied().flat_map(u32::to_le_bytes).collect();
+    let mut arrays = vec![
         (IRRADIANCE, TensorView::new(Dtype::F32, vec![solution.bounces.len(), vertex_count, 3], &irradiance)),
         (BURIED, TensorView::new(Dtype::U8, vec![vertex_count], &buried)),
     ];
+    if !cuts.is_empty() {
+        arrays.push((CUTS, TensorView::new(Dtype::U32, vec![solution.cuts.len()], &cuts)));
+    }
     let arrays = arrays.into_iter().map(|(name, view)| Ok((name, view.map_err(damaged)?)));
     let arrays: Vec<_> = arrays.collect::<Result<_, SolutionFileError>>()?;
     // One entry alone: the order of several would change from run to run.
@@ -147,7 +153,18 @@ pub fn decode(bytes: &[u8]) -> Result<Solution, SolutionFileError> {
     let (values, _) = irradiance.data().as_chunks::<12>();
     let bounces = values.chunks(vertex_count).map(|bounce| bounce.iter().map(vec3_from_bytes).collect());
     let buried = buried_flags.data().iter().map(|&flag| flag == 1);
-    let solution = Solution { info, bounces: bounces.collect(), buried: buried.collect() };
+    let cuts = match arrays.tensor(CUTS) {
+        Ok(_) => array(&arrays, CUTS, Dtype::U32)?
+            .data()
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .copied()
+            .map(u32::from_le_bytes)
+            .collect(),
+        Err(_) => Vec::new(),
+    };
+    let solution = Solution { info, bounces: bounces.collect(), buried: buried.collect(), cuts };
     check_values(&solution)?;
     Ok(solution)
 }

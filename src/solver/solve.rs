@@ -5,9 +5,8 @@ use std::{sync::Arc, time::Instant};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-#[cfg(feature = "reference")]
-use super::gather;
 use super::{
+    adapt::Adapted,
     buried::fill_buried,
     energy::{Ledger, VertexWeights},
     faults::Fault,
@@ -16,6 +15,8 @@ use super::{
     solution::{Solution, SolutionInfo},
     student_engine,
 };
+#[cfg(feature = "reference")]
+use super::{adapt::adapt, gather, gather_adapted};
 use crate::{
     scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState},
     student::{FUNCTIONS, Functions},
@@ -38,6 +39,37 @@ pub struct Problem {
     pub light: Option<AreaLightState>,
     /// The settings.
     pub settings: SolveSettings,
+    /// What is known already on elements that follow the light.
+    pub adapted: Option<Arc<Adapted>>,
+}
+
+impl Problem {
+    /// Cuts a scene as the settings ask for, and follows the light if they do.
+    ///
+    /// # Errors
+    /// One line: settings out of range, too many elements, or cancelled.
+    pub fn new(
+        scene: Arc<Scene>,
+        tracer: Arc<dyn RayTracer>,
+        load: LoadOptions,
+        light: Option<AreaLightState>,
+        settings: SolveSettings,
+        is_cancelled: &(dyn Fn() -> bool + Sync),
+    ) -> Result<Self, String> {
+        if let Some(problem) = settings.problem() {
+            return Err(problem);
+        }
+        #[cfg(feature = "reference")]
+        if let Some(error) = settings.adaptive {
+            let adapted = Arc::new(adapt(&scene, &*tracer, light, &settings, error, is_cancelled)?);
+            let tessellation = Arc::clone(&adapted.tessellation);
+            return Ok(Self { scene, tracer, tessellation, load, light, settings, adapted: Some(adapted) });
+        }
+        #[cfg(not(feature = "reference"))]
+        let _ = is_cancelled;
+        let tessellation = Arc::new(Tessellation::new(&scene, &settings.tessellation())?);
+        Ok(Self { scene, tracer, tessellation, load, light, settings, adapted: None })
+    }
 }
 
 impl Problem {
@@ -62,6 +94,12 @@ pub struct SolveReport {
     pub direct_thread_seconds: f64,
     /// Wall-clock seconds of the bounces after the rays were traced.
     pub bounce_seconds: f64,
+    /// Wall-clock seconds until the elements followed the light, and their gather rays were traced.
+    pub seconds_adapting: f64,
+    /// Of that, until they followed direct light.
+    pub seconds_following_direct: f64,
+    /// Vertices whose indirect light was gathered; at all others of elements that follow the light it is interpolated.
+    pub gathered_vertices: u64,
     /// Gather rays traced.
     pub gather_rays: u64,
     /// Gather rays that needed no tracing.
@@ -112,14 +150,17 @@ pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -
     let mut report = SolveReport::new(Ledger::new(emitted));
     let Computed { bounces, buried } = match problem.settings.engine {
         #[cfg(feature = "reference")]
-        Engine::Reference => gather::solve(problem, monitor, lights, &mut report),
+        Engine::Reference => match &problem.adapted {
+            Some(adapted) => gather_adapted::solve(problem, adapted, monitor, &lights, &mut report),
+            None => gather::solve(problem, monitor, lights, &mut report),
+        },
         _ => student_engine::solve(problem, functions, monitor, &lights, &mut report),
     };
     report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
     report.unabsorbed = report.energy.unabsorbed();
-    report.seconds = started.elapsed().as_secs_f64();
+    report.seconds = report.seconds_adapting + started.elapsed().as_secs_f64();
     let bounces = bounces.into_iter().map(Arc::unwrap_or_clone).collect();
-    (Solution { info: info(problem, monitor), bounces, buried }, report)
+    (Solution { info: info(problem, monitor), bounces, buried, cuts: problem.tessellation.cuts.clone() }, report)
 }
 
 /// The bounces from direct light on, until the settings' limit or the stop rule. `next_bounce` gets the bounces so far.
@@ -186,6 +227,9 @@ impl SolveReport {
             gather_thread_seconds: 0.0,
             direct_thread_seconds: 0.0,
             bounce_seconds: 0.0,
+            seconds_adapting: 0.0,
+            seconds_following_direct: 0.0,
+            gathered_vertices: 0,
             gather_rays: 0,
             gather_rays_skipped: 0,
             shadow_rays: 0,

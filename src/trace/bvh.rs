@@ -13,7 +13,11 @@ use obvhs::{
     ray::RayHit,
 };
 
-use super::{Hit, NO_TRIANGLE, Ray, RayTracer, triangle::ShearedRay};
+use super::{
+    Hit, NO_TRIANGLE, Ray, RayTracer,
+    shaft::{Shaft, visit_slots},
+    triangle::ShearedRay,
+};
 use crate::scene::Scene;
 
 /// How trees are built unless a caller says otherwise. The presets' `search_depth_threshold` makes bad leaves on
@@ -160,5 +164,19 @@ impl RayTracer for Tracer {
             // Any number below the tree's end of the ray stands for a hit.
             if self.intersect(&sheared, slot, ray.max_distance, excluded).is_some() { 0.0 } else { f32::INFINITY }
         })
+    }
+
+    fn triangles_in_shaft(&self, shaft: &Shaft, limit: usize, triangles: &mut Vec<u32>) -> bool {
+        let mut all = true;
+        if let Some(tree) = &self.tree {
+            visit_slots(tree, shaft, |slot| {
+                if shaft.touches_triangle(&self.corners[slot]) {
+                    all = triangles.len() < limit && self.cut_outs.get(slot) != Some(&true);
+                    triangles.push(self.triangle_ids[slot]);
+                }
+                all
+            });
+        }
+        all
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod bvh;
 pub mod locate;
+mod shaft;
 pub mod surface;
 mod triangle;
 
@@ -11,6 +12,7 @@ use glam::{Vec2, Vec3};
 
 pub use bvh::Tracer;
 pub use locate::locate_point;
+pub use shaft::Shaft;
 pub use surface::SurfacePoint;
 
 /// No triangle: for rays that leave from no surface.
@@ -49,4 +51,10 @@ pub trait RayTracer: Send + Sync {
 
     /// True if anything lies between the origin and `max_distance`.
     fn occluded(&self, ray: &Ray) -> bool;
+
+    /// Adds all triangles that touch the shaft to `triangles`, in any order. False, with any of them, if they are more
+    /// than `limit`, if one has cut-outs, or if the tracer cannot tell, as one that only traces rays.
+    fn triangles_in_shaft(&self, _shaft: &Shaft, _limit: usize, _triangles: &mut Vec<u32>) -> bool {
+        false
+    }
 }

@@ -1,19 +1,21 @@
-//! E0: direct irradiance by samples on the lights (eq. 3), with shadow rays.
+//! E0: direct irradiance, by Lambert's formula over what is seen of each light (eq. 6, `visible_light`), or by samples
+//! on the lights with shadow rays (eq. 3).
 //!
-//! Of the light from emissive triangles this finds one share; the gather rays find the other ([`FinderCounts`]).
+//! Of sampled light from emissive triangles this finds one share; the gather rays find the other ([`FinderCounts`]).
 
 use glam::{Vec2, Vec3};
 
 use super::{
-    lights::{FinderCounts, Lights, area_to_solid_angle},
-    origins::origin_of_sample,
+    lights::{DirectMethod, FinderCounts, Lights, area_to_solid_angle},
+    origins::samples_of_origin,
     rows::{BLOCKS, block_ends_of, squared_error},
     sampling::{area_light_point, cosine_pdf_solid_angle, triangle_point},
+    visible_light::{PolygonLight, Scratch, visible_irradiance},
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
     scene::{AreaLight, Scene},
-    trace::{RayTracer, SurfacePoint, surface::lift},
+    trace::{NO_TRIANGLE, RayTracer, SurfacePoint, surface::lift},
 };
 
 /// Shadow rays that were traced, and those that a light below the horizon or facing away made needless.
@@ -33,75 +35,164 @@ pub struct DirectContext<'a> {
     pub tracer: &'a dyn RayTracer,
     /// What shines.
     pub lights: &'a Lights,
+    /// With samples alone or not.
+    pub method: DirectMethod,
     /// How sample points are placed.
     pub sampler: Sampler,
     /// The solve's seed.
     pub seed: u64,
     /// Samples for the area light, and again for the emissive triangles.
     pub light_rays: u32,
-    /// How light from emissive triangles is split.
+    /// How light from emissive triangles is split where it is sampled.
     pub finders: FinderCounts,
     /// Looked at now and then; once true, what is returned is of no use.
-    pub is_cancelled: &'a dyn Fn() -> bool,
+    pub is_cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
 /// Samples between two looks at the cancel flag.
 const SAMPLES_PER_LOOK: u32 = 4096;
 
+/// The light that reaches one vertex, one origin after the other.
+struct Receiver<'a> {
+    vertex: u32,
+    origins: &'a [SurfacePoint],
+    /// The sample that each block ends before.
+    ends: [u32; BLOCKS],
+    /// Sum and number of each block's samples. What is known without samples is spread evenly: it does not scatter.
+    blocks: [(Vec3, u32); BLOCKS],
+}
+
 impl DirectContext<'_> {
     /// Direct irradiance [W/m²] at a vertex whose rays start from `origins` in turn, and its squared standard error by
-    /// the scatter of blocks of samples; 0 without origins.
-    pub fn irradiance(&self, vertex: u32, origins: &[SurfacePoint], rays: &mut ShadowRays) -> (Vec3, Vec3) {
+    /// the scatter of blocks of samples; 0 without origins. `found` is the gather rays' share of the light of emissive
+    /// triangles from each origin, or empty.
+    pub fn irradiance(
+        &self,
+        vertex: u32,
+        origins: &[SurfacePoint],
+        found: &[Vec3],
+        scratch: &mut Scratch,
+        rays: &mut ShadowRays,
+    ) -> (Vec3, Vec3) {
         if origins.is_empty() || self.light_rays == 0 {
             return (Vec3::ZERO, Vec3::ZERO);
         }
         let ends = block_ends_of(self.light_rays);
-        let starts: [u32; BLOCKS] = std::array::from_fn(|block| if block == 0 { 0 } else { ends[block - 1] });
-        let mut blocks: [(Vec3, u32); BLOCKS] = std::array::from_fn(|block| (Vec3::ZERO, ends[block] - starts[block]));
-        let mut sum = Vec3::ZERO;
-        if let Some(light) = &self.lights.area_light {
-            if origins.iter().any(|origin| may_shine_on(light, origin)) {
-                let (normal, area) = (light.normal(), light.area());
-                sum += self.sum_over(vertex, origins, Stream::AreaLight, &mut blocks, |origin, point| {
-                    // One term of eq. 3, the density being one over the area.
-                    let position = area_light_point(light, point);
-                    let weight = geometry_term(origin, position, normal) * area;
-                    self.if_visible(light.radiance * weight, origin, position, rays)
-                });
-            } else {
-                rays.skipped += u64::from(self.light_rays);
-            }
-        }
-        if !self.lights.emitters.is_empty() {
-            sum += self.sum_over(vertex, origins, Stream::Emitters, &mut blocks, |origin, point| {
-                self.emitters_term(origin, point, rays)
-            });
-        }
-        (sum / self.light_rays as f32, squared_error(blocks))
+        let count = |block: usize| ends[block] - if block == 0 { 0 } else { ends[block - 1] };
+        let blocks = std::array::from_fn(|block| (Vec3::ZERO, count(block)));
+        let mut receiver = Receiver { vertex, origins, ends, blocks };
+        let irradiance = self.area_light_irradiance(&mut receiver, scratch, rays)
+            + self.emitters_irradiance(&mut receiver, found, scratch, rays);
+        (irradiance, squared_error(receiver.blocks))
     }
 
-    fn sum_over(
+    /// Direct irradiance [W/m²] at a single point, without the help of gather rays.
+    pub fn irradiance_at(&self, point: &SurfacePoint, scratch: &mut Scratch, rays: &mut ShadowRays) -> Vec3 {
+        let bits = point.origin.to_array().map(f32::to_bits);
+        let key = bits.into_iter().fold(0_u32, |key, word| key.rotate_left(11).wrapping_mul(0x9e37_79b1) ^ word);
+        self.irradiance(key, std::slice::from_ref(point), &[], scratch, rays).0
+    }
+
+    fn area_light_irradiance(&self, receiver: &mut Receiver, scratch: &mut Scratch, rays: &mut ShadowRays) -> Vec3 {
+        let Some(light) = &self.lights.area_light else {
+            return Vec3::ZERO;
+        };
+        if !receiver.origins.iter().any(|origin| may_shine_on(light, origin)) {
+            rays.skipped += u64::from(self.light_rays);
+            return Vec3::ZERO;
+        }
+        let (normal, area, corners) = (light.normal(), light.area(), light.corners());
+        let polygon = PolygonLight { corners: &corners, normal, radiance: light.radiance, triangle: NO_TRIANGLE };
+        let by_polygon = |origin: &SurfacePoint| self.visible(origin, &polygon, scratch);
+        self.mean_over(receiver, Stream::AreaLight, rays, by_polygon, |origin, point, rays| {
+            // One term of eq. 3, the density being one over the area.
+            let position = area_light_point(light, point);
+            let weight = geometry_term(origin, position, normal) * area;
+            self.if_visible(light.radiance * weight, origin, position, rays)
+        })
+    }
+
+    fn emitters_irradiance(
         &self,
-        vertex: u32,
-        origins: &[SurfacePoint],
-        stream: Stream,
-        blocks: &mut [(Vec3, u32); BLOCKS],
-        mut estimate: impl FnMut(&SurfacePoint, Vec2) -> Vec3,
+        receiver: &mut Receiver,
+        found: &[Vec3],
+        scratch: &mut Scratch,
+        rays: &mut ShadowRays,
     ) -> Vec3 {
-        let sequence = Sequence::new(self.sampler, self.seed, vertex, stream, self.light_rays);
-        let (ends, mut block) = (block_ends_of(self.light_rays), 0);
-        (0..self.light_rays)
-            .take_while(|index| index % SAMPLES_PER_LOOK != 0 || !(self.is_cancelled)())
-            .map(|index| {
-                let origin = &origins[origin_of_sample(index, self.light_rays, origins.len())];
-                let term = estimate(origin, sequence.sample_2d(index));
-                while index >= ends[block] {
+        let emitters = &self.lights.emitters;
+        if emitters.is_empty() {
+            return Vec3::ZERO;
+        }
+        let triangles = emitters.as_polygons(self.scene);
+        let mut from_gather = Vec3::ZERO;
+        let mut index = 0;
+        let by_polygon = |origin: &SurfacePoint| {
+            let known = triangles.and_then(|triangles| self.visible_emitters(origin, triangles, scratch));
+            if known.is_none() {
+                from_gather += found.get(index).copied().unwrap_or_default();
+            }
+            index += 1;
+            known
+        };
+        let mean = self.mean_over(receiver, Stream::Emitters, rays, by_polygon, |origin, point, rays| {
+            self.emitters_term(origin, point, rays)
+        });
+        mean + from_gather
+    }
+
+    /// The mean over the origins of what `known` says, or where it knows nothing, of samples from there.
+    fn mean_over(
+        &self,
+        receiver: &mut Receiver,
+        stream: Stream,
+        rays: &mut ShadowRays,
+        mut known: impl FnMut(&SurfacePoint) -> Option<Vec3>,
+        mut estimate: impl FnMut(&SurfacePoint, Vec2, &mut ShadowRays) -> Vec3,
+    ) -> Vec3 {
+        let sequence = Sequence::new(self.sampler, self.seed, receiver.vertex, stream, self.light_rays);
+        let mut sum = Vec3::ZERO;
+        for (place, origin) in receiver.origins.iter().enumerate() {
+            let run = samples_of_origin(place, self.light_rays, receiver.origins.len());
+            if let Some(value) = known(origin) {
+                rays.skipped += u64::from(run.end - run.start);
+                let part = value / receiver.origins.len() as f32;
+                sum += part;
+                receiver.blocks.iter_mut().for_each(|(sum, count)| *sum += part * *count as f32);
+                continue;
+            }
+            let mut block = 0;
+            for index in run.take_while(|index| index % SAMPLES_PER_LOOK != 0 || !(self.is_cancelled)()) {
+                let term = estimate(origin, sequence.sample_2d(index), rays);
+                sum += term / self.light_rays as f32;
+                while index >= receiver.ends[block] {
                     block += 1;
                 }
-                blocks[block].0 += term;
-                term
-            })
-            .sum()
+                receiver.blocks[block].0 += term;
+            }
+        }
+        sum
+    }
+
+    /// Irradiance from a polygon light, where it can be known without samples.
+    fn visible(&self, origin: &SurfacePoint, light: &PolygonLight, scratch: &mut Scratch) -> Option<Vec3> {
+        if self.method == DirectMethod::Sampled {
+            return None;
+        }
+        visible_irradiance(self.tracer, |triangle| self.scene.mesh.corners(triangle), origin, light, scratch)
+    }
+
+    /// Irradiance from all emissive triangles, where it can be known without samples.
+    fn visible_emitters(&self, origin: &SurfacePoint, triangles: &[u32], scratch: &mut Scratch) -> Option<Vec3> {
+        triangles.iter().try_fold(Vec3::ZERO, |sum, &triangle| {
+            let corners = self.scene.mesh.corners(triangle);
+            let light = PolygonLight {
+                corners: &corners,
+                normal: self.scene.mesh.geometric_normal(triangle),
+                radiance: self.scene.material(triangle).emitted_radiance,
+                triangle,
+            };
+            self.visible(origin, &light, scratch).map(|irradiance| sum + irradiance)
+        })
     }
 
     /// One term of eq. 3 for the emissive triangles: a point on one of them, chosen by power. This is the samples'

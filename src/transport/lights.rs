@@ -1,11 +1,23 @@
 //! What shines: the placed area light, and the emissive triangles, chosen by power.
 
+use clap::ValueEnum;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     math::color::luminance,
     scene::{AreaLight, Scene},
 };
+
+/// How direct light is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum DirectMethod {
+    /// By Lambert's formula (eq. 6) over the part of the light that is seen; samples where too much lies between.
+    Analytic,
+    /// By samples on the lights (eq. 3).
+    Sampled,
+}
 
 /// All sources of direct light.
 #[derive(Clone, Debug)]
@@ -15,6 +27,9 @@ pub struct Lights {
     /// Emissive triangles.
     pub emitters: Emitters,
 }
+
+/// More emissive triangles than this are left to samples.
+const MOST_POLYGON_EMITTERS: usize = 32;
 
 /// The emissive triangles with the distribution that chooses one by its power.
 #[derive(Clone, Debug, Default)]
@@ -72,6 +87,13 @@ impl Emitters {
     /// point that emits `radiance`: the area of the triangle cancels.
     pub fn pdf_area(&self, radiance: Vec3) -> f32 {
         (f64::from(luminance(radiance)) / self.total) as f32
+    }
+
+    /// The emissive triangles, if they are so few, and whole, that each can be taken as a polygon by itself.
+    pub fn as_polygons(&self, scene: &Scene) -> Option<&[u32]> {
+        let few = self.triangles.len() <= MOST_POLYGON_EMITTERS;
+        let whole = || self.triangles.iter().all(|&triangle| !scene.may_be_cut_out(triangle));
+        (few && whole()).then_some(&self.triangles)
     }
 
     /// True if no triangle emits.

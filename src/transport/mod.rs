@@ -4,10 +4,12 @@
 pub mod direct;
 pub mod lights;
 pub mod origins;
+mod polygon;
 #[cfg(feature = "reference")]
 pub mod rows;
 #[cfg(feature = "reference")]
 pub mod sampling;
+pub mod visible_light;
 
 pub use lights::Lights;
 pub use origins::VertexOrigins;

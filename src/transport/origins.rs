@@ -81,3 +81,9 @@ impl VertexOrigins {
 pub fn origin_of_sample(index: u32, count: u32, origin_count: usize) -> usize {
     (u64::from(index) * origin_count as u64 / u64::from(count.max(1))) as usize
 }
+
+/// The samples of `count` that start from origin `place` of `origin_count`: what [`origin_of_sample`] undoes.
+pub fn samples_of_origin(place: usize, count: u32, origin_count: usize) -> std::ops::Range<u32> {
+    let first = |place: usize| (place as u64 * u64::from(count)).div_ceil(origin_count.max(1) as u64) as u32;
+    first(place)..first(place + 1)
+}

@@ -27,6 +27,12 @@ struct RowEntry {
 /// A row is made of this many blocks of consecutive samples, which tell its sampling error: see [`Transport::squared_errors`].
 pub const BLOCKS: usize = 4;
 
+impl RowEntry {
+    fn place(&self) -> Vec2 {
+        UVec2::from(self.barycentric.map(u32::from)).as_vec2() / 65535.0
+    }
+}
+
 /// The rows of a run of vertices.
 #[derive(Clone, Debug, Default)]
 pub struct RowChunk {
@@ -47,6 +53,14 @@ impl RowChunk {
         self.entries.capacity() * size_of::<RowEntry>() + self.rows.capacity() * size_of::<[(u32, u32); BLOCKS + 1]>()
     }
 
+    /// Moves every entry from its element and place to another.
+    pub fn relocate(&mut self, locate: impl Fn(u32, Vec2) -> (u32, Vec2)) {
+        for entry in &mut self.entries {
+            let (element, place) = locate(entry.element, entry.place());
+            *entry = RowEntry { element, barycentric: quantised(place) };
+        }
+    }
+
     /// Gives the rows' memory back and keeps the counts.
     pub fn forget_rows(&mut self) {
         (self.entries, self.rows, self.blocks) = Default::default();
@@ -59,8 +73,10 @@ pub struct Transport<'a> {
     pub scene: &'a Scene,
     /// Traces the gather rays.
     pub tracer: &'a dyn RayTracer,
-    /// The elements.
+    /// The elements whose vertices rays leave from.
     pub tessellation: &'a Tessellation,
+    /// The elements whose field rays meet; mostly the same.
+    pub targets: &'a Tessellation,
     /// Where rays start.
     pub origins: &'a VertexOrigins,
     /// What shines: gather rays find a share of the emissive triangles' light.
@@ -80,16 +96,16 @@ const RAYS_PER_LOOK: u32 = 4096;
 
 impl Transport<'_> {
     /// Traces the rows of `vertices` and appends them to `chunk`. `receive` gets, for each vertex, the origins that are
-    /// not buried and the gather rays' share of direct irradiance from emissive triangles. Returns false if
-    /// `is_cancelled` said so; the chunk then ends with the last whole row.
+    /// not buried and, from each, the gather rays' share of direct irradiance from emissive triangles. Returns false
+    /// if `is_cancelled` said so; the chunk then ends with the last whole row.
     pub fn trace(
         &self,
-        vertices: std::ops::Range<u32>,
+        vertices: impl Iterator<Item = u32>,
         chunk: &mut RowChunk,
         is_cancelled: &dyn Fn() -> bool,
-        mut receive: impl FnMut(u32, &[SurfacePoint], Vec3),
+        mut receive: impl FnMut(u32, &[SurfacePoint], &[Vec3]),
     ) -> bool {
-        let (mut origins, mut runs) = (Vec::new(), Vec::new());
+        let (mut origins, mut runs, mut found) = (Vec::new(), Vec::new(), Vec::new());
         for vertex in vertices {
             self.origins.collect(self.scene, self.tessellation, vertex, &mut origins);
             let start = chunk.entries.len();
@@ -101,9 +117,12 @@ impl Transport<'_> {
                 return false;
             }
             chunk.blocks.push(self.blocks(block_ends, &runs));
-            let kept = drop_buried(&mut chunk.entries, start, &mut origins, &runs);
-            chunk.rows.push((chunk.entries.len() as u32, kept.rays));
-            receive(vertex, &origins, kept.emission / kept.rays.max(1) as f32);
+            drop_buried(&mut chunk.entries, start, &mut origins, &mut runs);
+            let rays: u32 = runs.iter().map(|run| run.rays).sum();
+            chunk.rows.push((chunk.entries.len() as u32, rays));
+            found.clear();
+            found.extend(runs.iter().map(|run| run.emission / rays.max(1) as f32));
+            receive(vertex, &origins, &found);
         }
         chunk.entries.shrink_to_fit();
         true
@@ -149,7 +168,7 @@ impl Transport<'_> {
             }
             run.emission += self.emission(&origins[place], &ray, &hit);
             if self.reflects(hit.triangle) {
-                let (element, barycentric) = self.tessellation.locate(hit.triangle, hit.barycentric);
+                let (element, barycentric) = self.targets.locate(hit.triangle, hit.barycentric);
                 chunk.entries.push(RowEntry { element, barycentric: quantised(barycentric) });
                 run.entries += 1;
             }
@@ -226,12 +245,12 @@ impl Transport<'_> {
     #[inline]
     fn radiosity(&self, entry: &RowEntry, irradiance: &[Vec3]) -> Vec3 {
         let element = entry.element as usize;
-        let barycentric = UVec2::from(entry.barycentric.map(u32::from)).as_vec2() / 65535.0;
-        let corners = self.tessellation.mesh.triangles[element].map(|vertex| irradiance[vertex as usize]);
-        let triangle = self.tessellation.scene_triangle[element];
+        let barycentric = entry.place();
+        let corners = self.targets.mesh.triangles[element].map(|vertex| irradiance[vertex as usize]);
+        let triangle = self.targets.scene_triangle[element];
         let material = self.scene.material(triangle);
         let reflectance = if material.reflectance_texture.is_some() {
-            let [a, b, c] = self.tessellation.corner_barycentrics[element];
+            let [a, b, c] = self.targets.corner_barycentrics[element];
             self.scene.reflectance(triangle, a + barycentric.x * (b - a) + barycentric.y * (c - a))
         } else {
             material.reflectance
@@ -273,31 +292,27 @@ pub(super) fn squared_error(blocks: [(Vec3, u32); BLOCKS]) -> Vec3 {
     used().map(|value| (value - mean) * (value - mean)).sum::<Vec3>() / (count * (count - 1.0))
 }
 
-/// Takes buried origins, and their entries from `start` on, out of a row; returns the sum of the runs that are left.
-fn drop_buried(entries: &mut Vec<RowEntry>, start: usize, origins: &mut Vec<SurfacePoint>, runs: &[Run]) -> Run {
-    if runs.iter().any(Run::is_buried) {
-        let (mut read, mut write) = (start, start);
-        for run in runs {
-            let next = read + run.entries as usize;
-            if !run.is_buried() {
-                entries.copy_within(read..next, write);
-                write += run.entries as usize;
-            }
-            read = next;
-        }
-        entries.truncate(write);
-        let mut index = 0;
-        origins.retain(|_| {
-            index += 1;
-            !runs[index - 1].is_buried()
-        });
+/// Takes buried origins, their runs, and their entries from `start` on, out of a row.
+fn drop_buried(entries: &mut Vec<RowEntry>, start: usize, origins: &mut Vec<SurfacePoint>, runs: &mut Vec<Run>) {
+    if !runs.iter().any(Run::is_buried) {
+        return;
     }
-    runs.iter().filter(|run| !run.is_buried()).fold(Run::default(), |sum, run| Run {
-        rays: sum.rays + run.rays,
-        back_hits: sum.back_hits + run.back_hits,
-        entries: sum.entries + run.entries,
-        emission: sum.emission + run.emission,
-    })
+    let (mut read, mut write) = (start, start);
+    for run in runs.iter() {
+        let next = read + run.entries as usize;
+        if !run.is_buried() {
+            entries.copy_within(read..next, write);
+            write += run.entries as usize;
+        }
+        read = next;
+    }
+    entries.truncate(write);
+    let mut index = 0;
+    origins.retain(|_| {
+        index += 1;
+        !runs[index - 1].is_buried()
+    });
+    runs.retain(|run| !run.is_buried());
 }
 
 /// Barycentric coordinates in steps of 1/65535, inside the triangle.

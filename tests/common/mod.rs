@@ -9,7 +9,7 @@ use std::{
 };
 
 use radiosity::{
-    scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState, load},
+    scene::{LoadOptions, Scene, area_light::AreaLightState, load},
     solver::{Monitor, Problem, Solution, SolveReport, SolveSettings, solve},
     trace::Tracer,
 };
@@ -34,15 +34,9 @@ pub(crate) fn own_scene(name: &str, options: &LoadOptions) -> Arc<Scene> {
 
 /// A problem ready to be solved.
 pub(crate) fn problem(scene: &Arc<Scene>, light: Option<AreaLightState>, settings: SolveSettings) -> Problem {
-    let tessellation = Tessellation::new(scene, &settings.tessellation()).unwrap_or_else(|error| panic!("{error}"));
-    Problem {
-        scene: Arc::clone(scene),
-        tracer: Arc::new(Tracer::new(Arc::clone(scene))),
-        tessellation: Arc::new(tessellation),
-        load: LoadOptions::default(),
-        light,
-        settings,
-    }
+    let tracer = Arc::new(Tracer::new(Arc::clone(scene)));
+    Problem::new(Arc::clone(scene), tracer, LoadOptions::default(), light, settings, &|| false)
+        .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Solves without watching.

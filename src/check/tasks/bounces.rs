@@ -104,6 +104,7 @@ fn furnace(trial: &Trial) -> Check {
         load: LoadOptions::default(),
         light: Some(AreaLightState::default()),
         settings,
+        adapted: None,
     };
     let vertices = problem.tessellation.mesh.positions.len();
     let (solution, _) = solve_with(&problem, &functions, &Monitor::new(vertices, None));

@@ -134,6 +134,7 @@ fn solved(trial: &Trial) -> Solution {
         load: LoadOptions::default(),
         light: *light,
         settings,
+        adapted: None,
     };
     let vertices = problem.tessellation.mesh.positions.len();
     solve_with(&problem, trial.functions, &Monitor::new(vertices, None)).0

@@ -34,10 +34,10 @@ impl Node {
     }
 }
 
-/// The element below root `part` that holds a point, and the point's barycentric coordinates in it.
-pub(super) fn descend(nodes: &[Node], part: u32, barycentric: Vec2) -> (u32, Vec2) {
+/// The element below a node (the roots come first) that holds a point, and the point's barycentric coordinates in it.
+pub(super) fn descend(nodes: &[Node], start: u32, barycentric: Vec2) -> (u32, Vec2) {
     let mut weights = [1.0 - barycentric.x - barycentric.y, barycentric.x, barycentric.y];
-    let mut node = nodes[part as usize];
+    let mut node = nodes[start as usize];
     while node.tag() != LEAF {
         let edge = node.tag() as usize;
         let [a, b, c] = [weights[edge], weights[(edge + 1) % 3], weights[(edge + 2) % 3]];
@@ -62,7 +62,7 @@ pub(super) fn bisect(
     let longest_squared = (longest * longest) as f32;
     check_count(fewest_elements(&elements, vertices, longest))?;
     let mut cutter = Cutter::new(elements, vertices);
-    while cutter.mark(longest_squared) {
+    while cutter.mark_long(longest_squared) {
         check_count(cutter.count_after_cut())?;
         cutter.cut(vertices);
     }
@@ -82,11 +82,11 @@ fn fewest_elements(elements: &[Element], vertices: &Vertices, longest: f64) -> u
 
 /// One triangle of the current round.
 #[derive(Clone, Copy)]
-struct Item {
-    element: Element,
+pub(super) struct Item {
+    pub(super) element: Element,
     /// Edge k joins corners k and k+1.
     edges: [u32; 3],
-    node: u32,
+    pub(super) node: u32,
 }
 
 struct Edge {
@@ -96,9 +96,9 @@ struct Edge {
     marked: bool,
 }
 
-struct Cutter {
-    items: Vec<Item>,
-    nodes: Vec<Node>,
+pub(super) struct Cutter {
+    pub(super) items: Vec<Item>,
+    pub(super) nodes: Vec<Node>,
     edges: Vec<Edge>,
     edge_numbers: NumberMap<[u32; 2]>,
     /// Number of each position, by its bits.
@@ -108,7 +108,7 @@ struct Cutter {
 }
 
 impl Cutter {
-    fn new(elements: Vec<Element>, vertices: &Vertices) -> Self {
+    pub(super) fn new(elements: Vec<Element>, vertices: &Vertices) -> Self {
         let mut cutter = Self {
             items: Vec::with_capacity(elements.len()),
             nodes: vec![Node(0); elements.len()],
@@ -148,7 +148,7 @@ impl Cutter {
 
     /// Which of an item's edges is the longest; ties are broken by the positions' numbers, so in the same way for
     /// all triangles around.
-    fn longest_edge(&self, item: &Item) -> usize {
+    pub(super) fn longest_edge(&self, item: &Item) -> usize {
         let order = |a: u32, b: u32| -> Ordering {
             let (a, b) = (&self.edges[a as usize], &self.edges[b as usize]);
             a.squared_length.total_cmp(&b.squared_length).then(a.ends.cmp(&b.ends))
@@ -158,17 +158,31 @@ impl Cutter {
         if order(third, item.edges[longer]).is_gt() { 2 } else { longer }
     }
 
-    /// Marks the edges to cut in this round; false if no edge is over-long.
-    fn mark(&mut self, longest_squared: f32) -> bool {
-        let mut pending = Vec::new();
-        let (starts, around) = self.items_around_edges();
+    /// Marks the edges that are over-long, and what must be cut with them; false if there is none.
+    fn mark_long(&mut self, longest_squared: f32) -> bool {
+        let (starts, _) = self.items_around_edges();
         for (index, edge) in self.edges.iter_mut().enumerate() {
             let in_use = starts[index] < starts[index + 1];
             edge.marked = in_use && edge.squared_length > longest_squared;
-            if edge.marked {
-                pending.push(index);
-            }
         }
+        self.mark_with_them()
+    }
+
+    /// Marks the longest edge of each of these items, and what must be cut with them; false if there is none.
+    pub(super) fn mark_items(&mut self, items: &[u32]) -> bool {
+        self.edges.iter_mut().for_each(|edge| edge.marked = false);
+        for &item in items {
+            let item = self.items[item as usize];
+            let longest = item.edges[self.longest_edge(&item)];
+            self.edges[longest as usize].marked = true;
+        }
+        self.mark_with_them()
+    }
+
+    /// Marks the longest edge of every item that has a marked edge; false if none is marked.
+    fn mark_with_them(&mut self) -> bool {
+        let (starts, around) = self.items_around_edges();
+        let mut pending: Vec<usize> = (0..self.edges.len()).filter(|&edge| self.edges[edge].marked).collect();
         let any = !pending.is_empty();
         while let Some(edge) = pending.pop() {
             for &item in &around[starts[edge] as usize..starts[edge + 1] as usize] {
@@ -204,13 +218,13 @@ impl Cutter {
         (starts, around)
     }
 
-    fn count_after_cut(&self) -> u64 {
+    pub(super) fn count_after_cut(&self) -> u64 {
         let marked = |item: &Item| item.edges.iter().filter(|&&edge| self.edges[edge as usize].marked).count();
         self.items.iter().map(|item| 1 + marked(item) as u64).sum()
     }
 
     /// Cuts all marked edges.
-    fn cut(&mut self, vertices: &mut Vertices) {
+    pub(super) fn cut(&mut self, vertices: &mut Vertices) {
         vertices.midpoints.clear();
         let items = std::mem::take(&mut self.items);
         let is_marked = |cutter: &Self, item: &Item, edge: usize| cutter.edges[item.edges[edge] as usize].marked;
@@ -259,10 +273,15 @@ impl Cutter {
         ]
     }
 
-    fn finish(mut self) -> (Vec<Element>, Vec<Node>) {
+    /// Makes each item a leaf of the forest.
+    pub(super) fn name_leaves(&mut self) {
         for (index, item) in self.items.iter().enumerate() {
             self.nodes[item.node as usize] = Node::new(LEAF, index as u32);
         }
+    }
+
+    fn finish(mut self) -> (Vec<Element>, Vec<Node>) {
+        self.name_leaves();
         (self.items.iter().map(|item| item.element).collect(), self.nodes)
     }
 }

@@ -4,6 +4,7 @@
 //! (`bisect`). A point finds its element by walking down the same cuts with its barycentric coordinates.
 
 mod bisect;
+mod refine;
 mod uniform;
 
 #[cfg(test)]
@@ -13,6 +14,8 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::{Vec2, Vec3};
+
+pub use refine::Refinement;
 
 use super::{Scene, mesh::Mesh};
 
@@ -29,6 +32,9 @@ pub struct Tessellation {
     pub scene_triangle: Vec<u32>,
     /// Barycentric coordinates of each element's corners in its scene triangle.
     pub corner_barycentrics: Vec<[Vec2; 3]>,
+    /// What [`Refinement`] cut, round by round, so that it can be cut so again ([`Tessellation::with_cuts`]); empty
+    /// for elements that options alone decide.
+    pub cuts: Vec<u32>,
     /// How often each scene triangle was cut in four.
     subdivide: u32,
     /// The bisections, one root for each of the uniform parts; empty if there are none.
@@ -53,11 +59,7 @@ impl Tessellation {
     /// # Errors
     /// One line, if there would be more than [`MAX_ELEMENTS`] elements or `max_edge` is not a usable length.
     pub fn new(scene: &Scene, options: &TessellationOptions) -> Result<Self, String> {
-        let mut vertices = Vertices {
-            positions: scene.mesh.positions.clone(),
-            normals: scene.mesh.normals.clone(),
-            midpoints: NumberMap::default(),
-        };
+        let mut vertices = Vertices::of(&scene.mesh);
         let elements = uniform::subdivide(&scene.mesh, &mut vertices, options.subdivide)?;
         let (elements, nodes) = match options.max_edge {
             None => (elements, Vec::new()),
@@ -67,21 +69,37 @@ impl Tessellation {
                     .map_err(|problem| format!("a longest edge of {metres} m {problem}"))?
             }
         };
-        let scene_triangle: Vec<u32> = elements.iter().map(|element| element.scene_triangle).collect();
+        let mut tessellation = Self::of_elements(scene, &vertices, elements.into_iter());
+        (tessellation.subdivide, tessellation.nodes) = (options.subdivide, nodes);
+        Ok(tessellation)
+    }
+
+    /// Cuts a scene's triangles as the options say, and then as [`Refinement`] did when it left these `cuts`.
+    ///
+    /// # Errors
+    /// As [`Tessellation::new`], and if the cuts are not of this scene.
+    pub fn with_cuts(scene: &Scene, options: &TessellationOptions, cuts: &[u32]) -> Result<Self, String> {
+        if cuts.is_empty() { Self::new(scene, options) } else { Refinement::replay(scene, options, cuts) }
+    }
+
+    /// Without the way down to the elements.
+    fn of_elements(scene: &Scene, vertices: &Vertices, elements: impl Iterator<Item = Element> + Clone) -> Self {
+        let scene_triangle: Vec<u32> = elements.clone().map(|element| element.scene_triangle).collect();
         let material_of = |triangle: &u32| scene.mesh.material_indices[*triangle as usize];
-        Ok(Self {
+        Self {
             mesh: Mesh {
-                positions: vertices.positions,
-                normals: vertices.normals,
-                triangles: elements.iter().map(|element| element.vertices).collect(),
+                positions: vertices.positions.clone(),
+                normals: vertices.normals.clone(),
+                triangles: elements.clone().map(|element| element.vertices).collect(),
                 texcoords: Vec::new(),
                 material_indices: scene_triangle.iter().map(material_of).collect(),
             },
-            corner_barycentrics: elements.iter().map(|element| element.barycentrics).collect(),
+            corner_barycentrics: elements.map(|element| element.barycentrics).collect(),
             scene_triangle,
-            subdivide: options.subdivide,
-            nodes,
-        })
+            cuts: Vec::new(),
+            subdivide: 0,
+            nodes: Vec::new(),
+        }
     }
 
     /// The element that holds a point of a scene triangle, and the point's barycentric coordinates in it. A point
@@ -133,10 +151,21 @@ struct Element {
 struct Vertices {
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
+    /// The ends of the edge that a vertex is the midpoint of; of the scene's own vertices, themselves.
+    parents: Vec<[u32; 2]>,
     midpoints: NumberMap<[u32; 2]>,
 }
 
 impl Vertices {
+    fn of(mesh: &Mesh) -> Self {
+        Self {
+            positions: mesh.positions.clone(),
+            normals: mesh.normals.clone(),
+            parents: (0..mesh.positions.len() as u32).map(|vertex| [vertex; 2]).collect(),
+            midpoints: NumberMap::default(),
+        }
+    }
+
     /// The vertex in the middle of the edge between two vertices, made if there is none yet. Its normal is the mean
     /// of theirs, or that of the lower number where they cancel.
     fn midpoint(&mut self, a: u32, b: u32) -> u32 {
@@ -146,6 +175,7 @@ impl Vertices {
             self.positions.push(0.5 * (self.positions[from] + self.positions[to]));
             let mean = self.normals[from] + self.normals[to];
             self.normals.push(mean.try_normalize().unwrap_or(self.normals[from]));
+            self.parents.push(ends);
             (self.positions.len() - 1) as u32
         })
     }

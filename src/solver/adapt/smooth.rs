@@ -1,0 +1,164 @@
+//! A field between the vertices of coarse elements: quadratic, from the values and their gradients at the vertices.
+
+use glam::{Mat3, Vec2, Vec3};
+
+use crate::{
+    scene::{Mesh, Tessellation, mesh::interpolate},
+    transport::VertexOrigins,
+};
+
+/// The weights that make gradients of values at the vertices of a tessellation.
+///
+/// The gradient at a vertex is the plane that fits the differences to its neighbours best, those being weighed by one
+/// over their squared distance. An edge's middle then differs from the mean of its ends by an eighth of the difference
+/// of the slopes along it (cubic Hermite interpolation at 1/2), and a quadratic patch through corners and middles has
+/// no gaps to its neighbours.
+pub(crate) struct SmoothField {
+    offsets: Vec<u32>,
+    neighbours: Vec<u32>,
+    weights: Vec<Vec3>,
+}
+
+/// The derivatives of a field of three bands along x, y and z.
+pub(super) type Gradient = [Vec3; 3];
+
+impl SmoothField {
+    /// For all vertices of a tessellation; buried ones have no say.
+    pub(super) fn new(tessellation: &Tessellation, origins: &VertexOrigins, buried: &[bool]) -> Self {
+        let mesh = &tessellation.mesh;
+        let mut field = Self { offsets: vec![0], neighbours: Vec::new(), weights: Vec::new() };
+        let mut around = Vec::new();
+        for vertex in 0..mesh.positions.len() {
+            around.clear();
+            let elements = origins.elements_around(vertex as u32).iter();
+            around.extend(elements.flat_map(|&element| mesh.triangles[element as usize]));
+            around.sort_unstable();
+            around.dedup();
+            around.retain(|&other| other as usize != vertex && !buried[other as usize] && !buried[vertex]);
+            let offset = |other: u32| mesh.positions[other as usize] - mesh.positions[vertex];
+            let normal = mesh.normals[vertex];
+            let flat = |other: u32| offset(other) - normal * normal.dot(offset(other));
+            let outer = |v: Vec3| Mat3::from_cols(v * v.x, v * v.y, v * v.z);
+            let sum = |sum: Mat3, &other: &u32| sum + outer(flat(other)) * (1.0 / offset(other).length_squared());
+            let matrix = around.iter().fold(outer(normal) * around.len() as f32, sum);
+            // Neighbours on one line say nothing of the slope across it.
+            if matrix.determinant() > 1e-3 * (around.len() as f32).powi(3) {
+                let inverse = matrix.inverse();
+                for &other in &around {
+                    field.neighbours.push(other);
+                    field.weights.push(inverse * flat(other) / offset(other).length_squared());
+                }
+            }
+            field.offsets.push(field.neighbours.len() as u32);
+        }
+        field
+    }
+
+    /// The gradients of a field given at the vertices.
+    pub(super) fn gradients(&self, values: &[Vec3]) -> Vec<Gradient> {
+        let at = |vertex: usize| {
+            let mut gradient = [Vec3::ZERO; 3];
+            for index in self.offsets[vertex] as usize..self.offsets[vertex + 1] as usize {
+                let difference = values[self.neighbours[index] as usize] - values[vertex];
+                for (axis, sum) in gradient.iter_mut().enumerate() {
+                    *sum += self.weights[index][axis] * difference;
+                }
+            }
+            gradient
+        };
+        (0..values.len()).map(at).collect()
+    }
+
+    /// How much the middle of an edge differs from the mean of its ends: an eighth of the length times the difference
+    /// of the slopes. Where an end has no neighbours behind it, as on the outline of a surface, its slope is worth
+    /// little, and the parabola through both ends with the slope of the other is taken.
+    pub(super) fn surplus(&self, mesh: &Mesh, values: &[Vec3], gradients: &[Gradient], ends: [u32; 2]) -> Vec3 {
+        let [a, b] = ends.map(|end| end as usize);
+        let along = mesh.positions[b] - mesh.positions[a];
+        let rise = |vertex: usize| {
+            let gradient = &gradients[vertex];
+            along.x * gradient[0] + along.y * gradient[1] + along.z * gradient[2]
+        };
+        let difference = values[b] - values[a];
+        match [self.reaches(mesh, a, -along), self.reaches(mesh, b, along)] {
+            [true, false] => 0.25 * (rise(a) - difference),
+            [false, true] => 0.25 * (difference - rise(b)),
+            [true, true] | [false, false] => 0.125 * (rise(a) - rise(b)),
+        }
+    }
+
+    /// True if a vertex has a neighbour roughly in this direction.
+    fn reaches(&self, mesh: &Mesh, vertex: usize, direction: Vec3) -> bool {
+        let around = &self.neighbours[self.offsets[vertex] as usize..self.offsets[vertex + 1] as usize];
+        around.iter().any(|&other| {
+            let offset = mesh.positions[other as usize] - mesh.positions[vertex];
+            offset.dot(direction) > 0.3 * offset.length() * direction.length()
+        })
+    }
+}
+
+/// Values at the vertices of elements, with what a smooth field between them needs.
+pub(super) struct SmoothValues<'a> {
+    tessellation: &'a Tessellation,
+    values: &'a [Vec3],
+    /// How much the middle of each element's edge k, from corner k to the next, differs from the mean of its ends.
+    surpluses: Vec<[Vec3; 3]>,
+}
+
+impl<'a> SmoothValues<'a> {
+    pub(super) fn new(field: &SmoothField, tessellation: &'a Tessellation, values: &'a [Vec3]) -> Self {
+        let gradients = field.gradients(values);
+        let surpluses = tessellation.mesh.triangles.iter().map(|&[a, b, c]| {
+            [[a, b], [b, c], [c, a]].map(|ends| field.surplus(&tessellation.mesh, values, &gradients, ends))
+        });
+        let surpluses = surpluses.collect();
+        Self { tessellation, values, surpluses }
+    }
+
+    /// The field at a place in an element. Never negative.
+    pub(super) fn at(&self, (element, place): (u32, Vec2)) -> Vec3 {
+        let corners = self.tessellation.mesh.triangles[element as usize];
+        let weights = [1.0 - place.x - place.y, place.x, place.y];
+        let linear = interpolate(corners.map(|corner| self.values[corner as usize]), place);
+        let bent = |(edge, surplus): (usize, &Vec3)| 4.0 * weights[edge] * weights[(edge + 1) % 3] * *surplus;
+        let bends: Vec3 = self.surpluses[element as usize].iter().enumerate().map(bent).sum();
+        (linear + bends).max(Vec3::ZERO)
+    }
+
+    /// The largest bend of an element's edges.
+    pub(super) fn largest_surplus(&self, element: u32) -> f32 {
+        let surpluses = self.surpluses[element as usize].iter();
+        surpluses.fold(0.0, |largest, surplus| surplus.abs().max_element().max(largest))
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+mod tests {
+    use super::*;
+    use crate::scene::{LoadOptions, load::load_from_memory, tessellate::TessellationOptions};
+
+    /// Expected: the parabola itself; inside a regular grid the gradients are its own.
+    #[test]
+    fn a_parabola_is_rebuilt_between_the_vertices_far_better_than_by_straight_lines() {
+        let obj = "v 0 0 0\nv 4 0 0\nv 4 0 4\nv 0 0 4\nf 4 3 2 1\n";
+        let scene = load_from_memory("floor", obj, "", &LoadOptions::default()).unwrap();
+        let options = TessellationOptions { subdivide: 3, max_edge: None };
+        let tessellation = Tessellation::new(&scene, &options).unwrap();
+        let parabola = |p: Vec3| Vec3::new(4.0 - p.x * p.x - 0.5 * p.z * p.z + p.x * p.z, 4.0 + p.x, 1.0);
+        let values: Vec<Vec3> = tessellation.mesh.positions.iter().map(|&position| parabola(position)).collect();
+        let origins = VertexOrigins::new(&tessellation);
+        let field = SmoothField::new(&tessellation, &origins, &vec![false; values.len()]);
+        let smooth = SmoothValues::new(&field, &tessellation, &values);
+        let (mut bent, mut straight) = (0.0_f32, 0.0_f32);
+        for element in 0..tessellation.mesh.triangles.len() as u32 {
+            let place = Vec2::new(0.4, 0.25);
+            let corners = tessellation.mesh.triangles[element as usize].map(|vertex| values[vertex as usize]);
+            let expected = parabola(interpolate(tessellation.mesh.corners(element), place));
+            bent += (smooth.at((element, place)) - expected).length_squared();
+            straight += (interpolate(corners, place) - expected).length_squared();
+        }
+        // Along the outline the slopes are guessed from one side.
+        assert!(bent.sqrt() < 0.25 * straight.sqrt(), "{bent} of {straight}");
+    }
+}

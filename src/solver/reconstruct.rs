@@ -1,0 +1,146 @@
+//! The field of a solution between its vertices.
+
+use std::f32::consts::PI;
+
+use clap::ValueEnum;
+use glam::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+use super::solution::Solution;
+use crate::{
+    scene::{Scene, Tessellation, mesh::interpolate},
+    trace::{RayTracer, SurfacePoint},
+    transport::visible_light::Scratch,
+};
+#[cfg(feature = "reference")]
+use crate::{
+    solver::settings::SolveSettings,
+    transport::{
+        Lights,
+        direct::{DirectContext, ShadowRays},
+        lights::FinderCounts,
+    },
+};
+
+/// How the field is rebuilt at a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reconstruction {
+    /// Direct and indirect light by interpolation between the vertices.
+    #[default]
+    Vertex,
+    /// Direct light computed at the point itself; indirect light by interpolation.
+    #[cfg(feature = "reference")]
+    PointDirect,
+}
+
+/// Irradiance [W/m²] at a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PointIrradiance {
+    /// Of bounce 0.
+    pub direct: Vec3,
+    /// Of all bounces.
+    pub total: Vec3,
+}
+
+/// Rebuilds the field of a solution at points of the scene.
+pub struct Reconstructor<'a> {
+    scene: &'a Scene,
+    tracer: &'a dyn RayTracer,
+    tessellation: &'a Tessellation,
+    solution: &'a Solution,
+    indirect: Vec<Vec3>,
+    #[cfg(feature = "reference")]
+    lights: Lights,
+    reconstruction: Reconstruction,
+}
+
+/// Rays that tell whether a point is buried.
+const RAYS_FOR_BURIAL: u32 = 16;
+
+impl<'a> Reconstructor<'a> {
+    /// For a solution with the scene and the elements that it belongs to.
+    pub fn new(
+        scene: &'a Scene,
+        tracer: &'a dyn RayTracer,
+        tessellation: &'a Tessellation,
+        solution: &'a Solution,
+        reconstruction: Reconstruction,
+    ) -> Self {
+        Self {
+            scene,
+            tracer,
+            tessellation,
+            solution,
+            indirect: solution.indirect(),
+            #[cfg(feature = "reference")]
+            lights: Lights::new(scene, solution.info.light.map(|light| light.to_local(&scene.frame))),
+            reconstruction,
+        }
+    }
+
+    /// Irradiance at a point of a scene triangle. Nothing reaches a point that is buried in an element that is so only
+    /// in part, whatever its free corners see.
+    pub fn irradiance(&self, scene_triangle: u32, barycentric: Vec2, scratch: &mut Scratch) -> PointIrradiance {
+        #[cfg(not(feature = "reference"))]
+        let _ = scratch;
+        let (element, local) = self.tessellation.locate(scene_triangle, barycentric);
+        let corners = self.tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
+        let point = SurfacePoint::new(self.scene, scene_triangle, barycentric);
+        if corners.iter().any(|&corner| self.solution.buried[corner]) && is_buried(self.tracer, &point) {
+            return PointIrradiance::default();
+        }
+        let at = |field: &[Vec3]| interpolate(corners.map(|corner| field[corner]), local);
+        let direct = match self.reconstruction {
+            Reconstruction::Vertex => at(self.solution.direct()),
+            #[cfg(feature = "reference")]
+            Reconstruction::PointDirect => self.direct_at(&point, scratch),
+        };
+        PointIrradiance { direct, total: direct + at(&self.indirect) }
+    }
+
+    /// Direct irradiance [W/m²] computed at a point.
+    #[cfg(feature = "reference")]
+    pub fn direct_at(&self, point: &SurfacePoint, scratch: &mut Scratch) -> Vec3 {
+        let context = point_context(self.scene, self.tracer, &self.lights, &self.solution.info.settings);
+        context.irradiance_at(point, scratch, &mut ShadowRays::default())
+    }
+}
+
+/// True if rays from the point mostly meet back faces: the rule by which vertices are found to be buried.
+pub(super) fn is_buried(tracer: &dyn RayTracer, point: &SurfacePoint) -> bool {
+    let basis = glam::Mat3::from_cols(
+        point.geometric_normal.any_orthogonal_vector().normalize(),
+        point.geometric_normal.cross(point.geometric_normal.any_orthogonal_vector()).normalize(),
+        point.geometric_normal,
+    );
+    let rays = (0..RAYS_FOR_BURIAL).filter_map(|index| {
+        // A spiral over the hemisphere (Vogel 1979), each turn as wide as its share of the cosine asks.
+        let squared = (index as f32 + 0.5) / RAYS_FOR_BURIAL as f32;
+        let (sine, cosine) = (PI * (3.0 - 5.0_f32.sqrt()) * index as f32).sin_cos();
+        point.ray(basis * Vec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).sqrt()))
+    });
+    let back_hits = rays.filter(|ray| tracer.closest_hit(ray).is_some_and(|hit| !hit.front)).count();
+    2 * back_hits > RAYS_FOR_BURIAL as usize
+}
+
+/// Direct light at points, as a solve with these settings would find it.
+#[cfg(feature = "reference")]
+pub fn point_context<'a>(
+    scene: &'a Scene,
+    tracer: &'a dyn RayTracer,
+    lights: &'a Lights,
+    settings: &SolveSettings,
+) -> DirectContext<'a> {
+    DirectContext {
+        scene,
+        tracer,
+        lights,
+        method: settings.direct,
+        sampler: settings.sampler,
+        seed: settings.seed,
+        light_rays: settings.light_rays,
+        finders: FinderCounts { gather: 0, light: settings.light_rays },
+        is_cancelled: &|| false,
+    }
+}

@@ -1,0 +1,90 @@
+//! What can come between a point and a convex polygon: the triangles that touch the pyramid over the polygon with its
+//! apex at the point.
+
+use glam::Vec3;
+use obvhs::cwbvh::CwBvh;
+
+/// How far a triangle must lie outside of a side to be left out, in local units: more than f32 rounding, so that
+/// nothing that blocks is missed.
+const MARGIN: f32 = 1e-6;
+
+/// A half-space: points with `normal · point > offset` lie outside.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    normal: Vec3,
+    offset: f32,
+}
+
+/// The convex space between a point and a polygon.
+#[derive(Clone, Debug)]
+pub struct Shaft {
+    sides: [Side; Shaft::MOST_SIDES],
+    count: usize,
+}
+
+impl Shaft {
+    const MOST_SIDES: usize = 6;
+
+    /// The shaft from `apex`, which lies on a surface with unit normal `surface_normal` and above which alone is
+    /// looked, to a light of 3 or 4 `corners` in the plane with unit normal `light_normal`, which faces the apex.
+    pub fn new(apex: Vec3, surface_normal: Vec3, corners: &[Vec3], light_normal: Vec3) -> Self {
+        let none = Side { normal: Vec3::ZERO, offset: f32::INFINITY };
+        let mut shaft = Self { sides: [none; Self::MOST_SIDES], count: 0 };
+        // What lies in the surface's or in the light's own plane blocks nothing.
+        shaft.add(-surface_normal, -surface_normal.dot(apex));
+        shaft.add(-light_normal, -light_normal.dot(corners[0]) - MARGIN);
+        for (index, &start) in corners.iter().enumerate().take(Self::MOST_SIDES - 2) {
+            let end = corners[(index + 1) % corners.len()];
+            // Seen from the apex the corners run counter-clockwise, so this points away from the polygon.
+            let normal = (start - apex).cross(end - apex).normalize_or_zero();
+            shaft.add(normal, normal.dot(apex) + MARGIN);
+        }
+        shaft
+    }
+
+    fn add(&mut self, normal: Vec3, offset: f32) {
+        if normal != Vec3::ZERO {
+            self.sides[self.count] = Side { normal, offset };
+            self.count += 1;
+        }
+    }
+
+    /// False if one side has the whole box on its outer side.
+    fn touches_box(&self, low: Vec3, high: Vec3) -> bool {
+        self.sides[..self.count].iter().all(|side| {
+            let innermost = Vec3::select(side.normal.cmpgt(Vec3::ZERO), low, high);
+            side.normal.dot(innermost) <= side.offset
+        })
+    }
+
+    /// False if one side has the whole triangle on its outer side. On the sides of the surface and of the light a
+    /// triangle that only touches them is out.
+    pub fn touches_triangle(&self, corners: &[Vec3; 3]) -> bool {
+        self.sides[..self.count].iter().all(|side| corners.iter().any(|corner| side.normal.dot(*corner) < side.offset))
+    }
+}
+
+/// Calls `visit` with each slot of the tree whose box touches the shaft, until it returns false.
+pub(super) fn visit_slots(tree: &CwBvh, shaft: &Shaft, mut visit: impl FnMut(usize) -> bool) {
+    let mut stack = vec![0_u32];
+    while let Some(index) = stack.pop() {
+        let node = &tree.nodes[index as usize];
+        for child in 0..8 {
+            if node.is_child_empty(child) {
+                continue;
+            }
+            let bounds = node.child_aabb(child);
+            if !shaft.touches_box(bounds.min.into(), bounds.max.into()) {
+                continue;
+            }
+            if node.is_leaf(child) {
+                let (first, count) = node.child_primitives(child);
+                if !(first..first + count).all(|slot| visit(slot as usize)) {
+                    return;
+                }
+            } else {
+                stack.push(node.child_node_index(child));
+            }
+        }
+    }
+}
