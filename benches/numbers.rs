@@ -2,6 +2,7 @@
 //!
 //! Sections: furnace, direct, truth, slopes, threads, field, large. Seconds of one run depend on the machine; ratios
 //! are taken within one run. Sections that need the shared test scenes are skipped, and say so, where those are absent.
+#![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap ends the benchmark")]
 
 #[path = "../tests/common/mod.rs"]

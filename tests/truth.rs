@@ -1,4 +1,5 @@
 //! The reference path tracer against the shared truths, which another program computed.
+#![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod common;

@@ -2,15 +2,20 @@
 
 use anyhow::{bail, ensure};
 
-/// The attribute of what only the program with its own engine has.
-const REFERENCE: &str = "#[cfg(feature = \"reference\")]";
+/// Whether a line is an attribute that keeps what it stands on for the program with its own engine: `opening` is `#[cfg(`
+/// for an item, `#![cfg(` for a whole file; the feature stands there alone or in `all(...)`.
+fn needs_reference(line: &str, opening: &str) -> bool {
+    let condition = line.trim().strip_prefix(opening).and_then(|rest| rest.strip_suffix(")]")).unwrap_or_default();
+    let condition = condition.strip_prefix("all(").and_then(|rest| rest.strip_suffix(')')).unwrap_or(condition);
+    condition.split(", ").any(|part| part == "feature = \"reference\"")
+}
 
-/// The same for a whole file, at its top.
-const REFERENCE_FILE: &str = "#![cfg(feature = \"reference\")]";
+const OF_ITEM: &str = "#[cfg(";
+const OF_FILE: &str = "#![cfg(";
 
 /// Whether a whole Rust file is left out.
 pub(super) fn is_left_out(text: &str) -> bool {
-    text.lines().any(|line| line == REFERENCE_FILE)
+    text.lines().any(|line| needs_reference(line, OF_FILE))
 }
 
 /// Modules that a Rust file declares for the program with its own engine alone.
@@ -20,7 +25,8 @@ pub(super) fn left_out_modules(text: &str) -> Vec<String> {
         Some(String::from(declared.rsplit_once("mod ")?.1))
     };
     let lines: Vec<&str> = text.lines().collect();
-    lines.windows(2).filter(|pair| pair[0].trim() == REFERENCE).filter_map(|pair| name(pair[1])).collect()
+    let pairs = lines.windows(2).filter(|pair| needs_reference(pair[0], OF_ITEM));
+    pairs.filter_map(|pair| name(pair[1])).collect()
 }
 
 /// Replaces each answer, from `// <answer>` to `// </answer>` (or with `#`), by what follows on the closing marker's
@@ -62,7 +68,7 @@ pub(super) fn without_reference(text: &str) -> anyhow::Result<String> {
     let mut kept: Vec<Option<String>> = Vec::new();
     let mut lines = (1..).zip(text.lines());
     while let Some((number, line)) = lines.next() {
-        if line.trim() != REFERENCE {
+        if !needs_reference(line, OF_ITEM) {
             kept.push(Some(String::from(line)));
             continue;
         }
@@ -159,6 +165,8 @@ mod tests {
         let text = "#[cfg(feature = \"reference\")]\npub mod truth;\n#[cfg(feature = \"app\")]\nmod window;\n\
                     #[cfg(feature = \"reference\")]\npub(crate) mod gather;\n#[cfg(feature = \"reference\")]\nuse a;\n";
         assert_eq!(left_out_modules(text), ["truth", "gather"]);
-        assert!(is_left_out("//! Tests.\n#![cfg(feature = \"reference\")]\n") && !is_left_out(text));
+        let gpu = "//! Tests.\n#![cfg(all(feature = \"gpu\", feature = \"reference\"))]\n";
+        assert!(is_left_out("//! Tests.\n#![cfg(feature = \"reference\")]\n") && is_left_out(gpu));
+        assert!(!is_left_out(text) && !is_left_out("#![cfg(not(feature = \"reference\"))]\n"));
     }
 }

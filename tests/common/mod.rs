@@ -1,6 +1,7 @@
 //! What several test programs need; each uses a part of it.
 #![allow(dead_code, reason = "which parts are unused differs from one test program to the next")]
 
+#[cfg(feature = "reference")]
 pub(crate) mod truths;
 
 use std::{
