@@ -1,4 +1,5 @@
 //! Direct light without samples against samples, closed forms and the rebuilt field.
+#![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod common;

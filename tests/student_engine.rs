@@ -47,6 +47,7 @@ fn every_ray_of_one_vertex_can_be_seen_and_gives_the_solves_own_value() {
 }
 
 /// Root of the mean squared difference, relative to the mean of `expected`.
+#[cfg(feature = "reference")]
 fn relative_difference(found: &[Vec3], expected: &[Vec3]) -> f32 {
     let count = expected.len() as f32;
     let squared: f32 = found.iter().zip(expected).map(|(a, b)| (*a - *b).length_squared() / 3.0).sum();
