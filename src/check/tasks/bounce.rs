@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::{
     gather::{self, Case, Shape},
@@ -47,33 +47,34 @@ fn tilted() -> Case {
     case
 }
 
-/// A plate above the receiver and nothing else but the floor: most rays meet nothing.
-fn plate(faces_down: bool, field: impl Fn(usize, Vec3) -> Vec3) -> Case {
-    let floor = Quad { corner: LOW, along: 1.2 * Vec3::Z, up: Vec3::X, material: 0 };
-    let corner = Vec3::new(-0.2, LOW.y + 0.2, -0.5);
+/// A plate this high above the receiver and nothing else but some floor: rays that pass it meet nothing.
+fn plate(height: f32, faces_down: bool, field: impl Fn(usize, Vec2) -> Vec3) -> Case {
     let (x, z) = (0.7 * Vec3::X, 0.6 * Vec3::Z);
+    let floor = Quad { corner: PLACE, along: 0.3 * Vec3::Z, up: 0.3 * Vec3::X, material: 0 };
+    let corner = PLACE + height * Vec3::Y - 0.85 * x - 0.25 * z;
     let (along, up) = if faces_down { (x, z) } else { (z, x) };
     let quads = [floor, Quad { corner, along, up, material: 1 }];
     let materials = [Vec3::new(0.4, 0.4, 0.4), Vec3::new(0.8, 0.6, 0.4)].map(matt).to_vec();
-    let stage = Stage::new(&quads, materials, Vec::new(), if faces_down { 0 } else { 2 });
+    let stage = Stage::new(&quads, materials, Vec::new(), 0);
     let receiver = stage.receiver(PLACE, Vec3::Y);
-    Case::new(stage, receiver, field)
+    // From (0, 0) to (1, 1) on the plate.
+    let on_plate = |place: Vec3| Vec2::new((place - corner).x / 0.7, (place - corner).z / 0.6);
+    Case::new(stage, receiver, |quad, place| field(quad, on_plate(place)))
 }
 
 fn open_plate() -> Case {
-    plate(true, |wall, _| if wall == 1 { Vec3::new(1.0, 2.0, 4.0) } else { Vec3::ZERO })
+    plate(0.3, true, |quad, _| if quad == 1 { Vec3::new(1.0, 2.0, 4.0) } else { Vec3::ZERO })
 }
 
 /// Values that differ from corner to corner of two large elements.
 fn slope() -> Case {
-    plate(true, |wall, place| {
-        let (x, z) = ((place.x + 0.2) / 0.7, (place.z + 0.5) / 0.6);
-        if wall == 1 { 10.0 * Vec3::new((1.0 - x) * (1.0 - z), x * (1.0 - z), x * z) } else { Vec3::ZERO }
+    plate(0.06, true, |quad, Vec2 { x, y }| {
+        if quad == 1 { 10.0 * Vec3::new((1.0 - x) * (1.0 - y), x * (1.0 - y), x * y) } else { Vec3::ZERO }
     })
 }
 
 fn turned_plate() -> Case {
-    plate(false, |wall, _| if wall == 1 { Vec3::new(5.0, 5.0, 5.0) } else { Vec3::ZERO })
+    plate(0.3, false, |quad, _| if quad == 1 { Vec3::splat(5.0) } else { Vec3::ZERO })
 }
 
 /// The steps: the test, the set-up, where, and the mistake that is likely if no other is seen.

@@ -20,7 +20,7 @@ use crate::{
     math::sequence::Sampler,
     scene::{LoadOptions, area_light::AreaLightState, builtin},
     solver::{Engine, Monitor, Problem as SolverProblem, Solution, SolveSettings, State, solve_with},
-    student::Receiver,
+    student::{Functions, PLACEHOLDERS, Receiver, World},
     trace::{SurfacePoint, Tracer},
 };
 
@@ -29,9 +29,10 @@ pub(super) const TEST: &str = "Cornell box";
 const TRUTH: &str = include_str!("data/cornell.csv");
 
 /// What means may differ by beside their standard errors: the truths' own error for direct irradiance at points; for
-/// the bounces of a solve, that elements of 1/8 of a wall make the means 1 to 3 % too small.
+/// the bounces of a solve, that elements of 1/8 of a wall make the means up to 4 % too small. (Mistakes that change less
+/// are found in the small scenes.)
 const DIRECT_TOLERANCE: f64 = 0.01;
-const BOUNCE_TOLERANCE: f64 = 0.04;
+const BOUNCE_TOLERANCE: f64 = 0.08;
 
 /// Right functions go beyond this once in two million times.
 const MOST_STANDARD_ERRORS: f64 = 5.0;
@@ -78,10 +79,17 @@ fn compare(function: &'static str, what: &str, pairs: &[(f64, f64)], tolerance: 
         .into())
 }
 
+/// The functions with the program's own Sobol points, which make less noise.
+fn with_given_points(trial: &Trial) -> Functions {
+    Functions { low_discrepancy_point: PLACEHOLDERS.low_discrepancy_point, ..*trial.functions }
+}
+
 /// Direct irradiance at the points of the truth.
 pub(super) fn direct(trial: &Trial) -> Check {
     let Cornell { stage, light, truths } = cornell();
+    let functions = with_given_points(trial);
     let world = stage.world(trial, light.map(|light| light.to_local(&stage.scene.frame)));
+    let world = World { functions: &functions, sampler: Sampler::Sobol, ..world };
     let mut pairs = Vec::new();
     for ((triangle, barycentric), value) in truths {
         let (element, _) = stage.tessellation.locate(*triangle, *barycentric);
@@ -122,7 +130,7 @@ fn solved(trial: &Trial) -> Solution {
         rays: 16,
         light_rays: 16,
         bounces: Some(2),
-        sampler: Sampler::Random,
+        sampler: Sampler::Sobol,
         seed: trial.seed,
         subdivide: 3,
         ..SolveSettings::default()
@@ -137,5 +145,5 @@ fn solved(trial: &Trial) -> Solution {
         adapted: None,
     };
     let vertices = problem.tessellation.mesh.positions.len();
-    solve_with(&problem, trial.functions, &Monitor::new(vertices, None)).0
+    solve_with(&problem, &with_given_points(trial), &Monitor::new(vertices, None)).0
 }

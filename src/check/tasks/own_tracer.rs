@@ -66,7 +66,7 @@ fn stages() -> Vec<Stage> {
         up: width * Vec3::Z,
         material: 0,
     };
-    quads.extend([plate(0.1, 0.5), plate(0.1, 0.5), plate(0.1001, 0.4), plate(-0.1, 0.001), plate(-0.2, 1e-5)]);
+    quads.extend([plate(0.1, 0.5), plate(0.1, 0.5), plate(0.1001, 0.4), plate(-0.1, 0.001), plate(-0.2, 1e-4)]);
     let room = Stage::new(&quads, vec![matt(Vec3::ONE); 6], Vec::new(), 0);
     let cornell = builtin::cornell(&LoadOptions::default()).map(|scene| Stage::of(Arc::new(scene), 0));
     cornell.into_iter().chain([room]).collect()
@@ -150,14 +150,16 @@ fn is_settled(stage: &Stage, ray: &Ray) -> bool {
         |nudge: f32| sides.map(|side| Ray { direction: (ray.direction + nudge * side).normalize_or_zero(), ..*ray });
     let (beside, closer) = (nudged(NUDGE), nudged(SLIGHT));
     let ends = [1.0 - NUDGE, 1.0 + NUDGE].map(|factor| Ray { max_distance: factor * ray.max_distance, ..*ray });
+    let is_same = |ray: &Ray, share: f32| match (first, stage.tracer.closest_hit(ray)) {
+        (None, None) => true,
+        (Some(first), Some(other)) => {
+            first.front == other.front && (first.distance - other.distance).abs() < share * first.distance
+        }
+        _ => false,
+    };
     ray.direction.is_normalized()
-        && beside.iter().chain(&closer).chain(&ends).all(|ray| match (first, stage.tracer.closest_hit(ray)) {
-            (None, None) => true,
-            (Some(first), Some(other)) => {
-                first.front == other.front && (first.distance - other.distance).abs() < 0.05 * first.distance
-            }
-            _ => false,
-        })
+        && beside.iter().chain(&ends).all(|ray| is_same(ray, 0.2))
+        && closer.iter().all(|ray| is_same(ray, 2e-4))
 }
 
 /// What is wrong with the answers to a settled ray.

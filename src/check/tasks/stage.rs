@@ -90,10 +90,15 @@ impl Stage {
     pub(super) fn new(quads: &[Quad], materials: Vec<Material>, textures: Vec<Texture>, subdivide: u32) -> Self {
         let mut mesh = Mesh::default();
         for quad in quads {
-            let (corner, along, up) = (turned(quad.corner), turned(quad.along), turned(quad.up));
+            let Quad { corner, along, up, .. } = *quad;
             let first = mesh.positions.len() as u32;
-            mesh.positions.extend([corner, corner + along, corner + along + up, corner + up]);
-            mesh.normals.extend([along.cross(up).normalize_or_zero(); 4]);
+            for place in [corner, corner + along, corner + along + up, corner + up].map(turned) {
+                // Corners that meet do so to the last bit, so that there are no cracks.
+                let known = mesh.positions.iter().find(|position| position.abs_diff_eq(place, 1e-6));
+                let place = *known.unwrap_or(&place);
+                mesh.positions.push(place);
+            }
+            mesh.normals.extend([turned(along.cross(up)).normalize_or_zero(); 4]);
             mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
             mesh.texcoords.extend([[Vec2::ZERO, Vec2::X, Vec2::ONE], [Vec2::ZERO, Vec2::ONE, Vec2::Y]]);
             mesh.material_indices.extend([quad.material; 2]);
@@ -145,17 +150,18 @@ impl Stage {
 
     /// All elements, cut into small triangles.
     pub(super) fn pieces(&self) -> impl Iterator<Item = Piece> {
-        const SIDE: u16 = 6;
-        let step = 1.0 / f32::from(SIDE);
-        let places = (0..SIDE).flat_map(move |row| (0..SIDE - row).map(move |column| (row, column)));
+        let element_count = self.tessellation.mesh.triangles.len() as u32;
+        let side: u16 = if element_count < 20 { 30 } else { 6 };
+        let step = 1.0 / f32::from(side);
+        let places = (0..side).flat_map(move |row| (0..side - row).map(move |column| (row, column)));
         let small = places.flat_map(move |(row, column)| {
             let low = step * Vec2::new(f32::from(column), f32::from(row));
             let lower = [low, low + step * Vec2::X, low + step * Vec2::Y];
             let upper = [low + step * Vec2::X, low + Vec2::splat(step), low + step * Vec2::Y];
-            [Some(lower), (row + column + 1 < SIDE).then_some(upper)].into_iter().flatten()
+            [Some(lower), (row + column + 1 < side).then_some(upper)].into_iter().flatten()
         });
         let small: Vec<[Vec2; 3]> = small.collect();
-        (0..self.tessellation.mesh.triangles.len() as u32).flat_map(move |element| {
+        (0..element_count).flat_map(move |element| {
             let corners = self.tessellation.mesh.corners(element);
             let piece = move |places: &[Vec2; 3]| Piece {
                 element,

@@ -194,6 +194,9 @@ fn textured_plate(trial: &Trial) -> Check {
     Err(failure.fallback("the gather does not use the texture: each hit counts with surface_reflectance").into())
 }
 
+/// What is made of the bytes, and what to say.
+type WrongColour = (fn(Vec3) -> Vec3, &'static str);
+
 /// Wrong texel for a place: its column and row from below.
 type Wrong = (fn(usize, usize) -> (usize, usize), &'static str);
 
@@ -221,7 +224,6 @@ pub(super) fn diagnose(trial: &Trial, failure: &Failure) -> Option<String> {
     let all = |wrong: &dyn Fn(Place) -> Vec3| {
         !found.is_empty() && found.iter().all(|(place, found)| found.abs_diff_eq(wrong(*place), 1e-3))
     };
-    type WrongColour = (fn(Vec3) -> Vec3, &'static str);
     let as_colour: [WrongColour; 6] = [
         (|raw| raw / 255.0, "sRGB is not decoded: light adds up in linear values only (srgb_to_linear)"),
         (|raw| raw, "the bytes are neither divided by 255 nor decoded from sRGB"),
