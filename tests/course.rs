@@ -25,21 +25,28 @@ fn radiosity(words: &[&str]) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
-/// Lines of code that stand between the markers of src/student and nowhere else in it.
-fn answer_lines() -> Vec<String> {
-    let mut lines = Vec::new();
+/// The answers: the lines of code that stand between the markers of src/student.
+fn answers() -> Vec<Vec<String>> {
+    let mut answers = Vec::new();
     for file in student_files(root()).unwrap() {
-        let mut is_answer = false;
+        let mut answer = None;
         for line in file.text.lines().map(str::trim) {
-            match line {
-                "// <answer>" => is_answer = true,
-                _ if line.starts_with("// </answer>") => is_answer = false,
-                _ if is_answer && line.len() > 24 => lines.push(String::from(line)),
+            match (&mut answer, line) {
+                (None, "// <answer>") => answer = Some(Vec::new()),
+                (Some(_), line) if line.starts_with("// </answer>") => answers.extend(answer.take()),
+                (Some(answer), line) => answer.push(String::from(line)),
                 _ => {}
             }
         }
     }
-    lines
+    answers
+}
+
+/// Whether two lines of the answer that follow each other, and say something, do so in the text as well. (One line may
+/// be alike anywhere.)
+fn gives_away(text: &[&str], answer: &[String]) -> bool {
+    let says_something = |pair: &&[String]| pair.iter().all(|line| line.len() > 16);
+    answer.windows(2).filter(says_something).any(|pair| text.windows(2).any(|lines| lines == pair))
 }
 
 #[test]
@@ -47,19 +54,25 @@ fn the_hand_out_holds_no_answer_and_no_marker_and_nothing_that_is_left_out() {
     let folder = tempfile::tempdir().unwrap();
     let target = folder.path().join("out");
     handout::write(Some(root()), &target).unwrap();
-    let answers = answer_lines();
-    assert!(answers.len() > 30, "only {} lines of answers: is the reader of markers broken?", answers.len());
+    let answers = answers();
+    assert!(answers.len() > 20, "only {} answers: is the reader of markers broken?", answers.len());
     let files = files_below(&target).unwrap();
     let name = |path: &PathBuf| path.iter().map(|name| name.to_str().unwrap()).collect::<Vec<_>>().join("/");
     let names: Vec<String> = files.iter().map(name).collect();
-    for path in &files {
-        let Ok(text) = std::fs::read_to_string(target.join(path)) else { continue };
-        for answer in &answers {
-            let found = text.lines().any(|line| line.trim() == answer);
-            assert!(!found, "{}: {answer}", path.display());
-        }
-        assert!(!text.contains("answer>"), "{}: a marker", path.display());
+    for name in &names {
+        let Ok(text) = std::fs::read_to_string(target.join(name)) else { continue };
+        let lines: Vec<&str> = text.lines().map(str::trim).collect();
+        let found = answers.iter().find(|answer| gives_away(&lines, answer));
+        assert_eq!(found, None, "{name}");
+        let is_students = name.starts_with(STUDENT_FOLDER);
+        let line =
+            answers.iter().flatten().find(|line| is_students && line.len() > 24 && lines.contains(&line.as_str()));
+        assert_eq!(line, None, "{name}");
+        assert!(!text.contains("answer>"), "{name}: a marker");
     }
+    let whole = std::fs::read_to_string(root().join("src/student/irradiance.rs")).unwrap();
+    let whole: Vec<&str> = whole.lines().map(str::trim).collect();
+    assert!(answers.iter().any(|answer| gives_away(&whole, answer)), "the source itself gives its answers away");
     for gone in ["gather.rs", "rows.rs", "direct.rs", "path_tracer.rs", "emitters.rs", "truth.rs", "mutants", "grade"] {
         let found = names
             .iter()
@@ -88,15 +101,16 @@ fn every_function_of_a_hand_out_is_its_placeholder() {
         "{}",
         text("basis.rs")
     );
-    let placeholders: usize =
-        ["basis.rs", "warp.rs", "light.rs", "barycentric.rs", "texture.rs", "irradiance.rs", "points.rs"]
-            .map(|name| text(name).matches("(super::PLACEHOLDERS.").count())
-            .iter()
-            .sum();
-    let functions = std::fs::read_to_string(root().join("src/student/placeholder.rs")).unwrap();
-    let table = functions.split("const PLACEHOLDERS").nth(1).unwrap().split("};").next().unwrap();
-    let given = usize::from(table.contains("delta_form_factor"));
-    assert_eq!(placeholders + given, table.lines().filter(|line| line.contains(": |")).count());
+    let in_students = files.iter().filter(|(path, _)| path.starts_with(STUDENT_FOLDER));
+    let placeholders =
+        in_students.map(|(_, text)| String::from_utf8_lossy(text).matches("(super::PLACEHOLDERS.").count());
+    let table = text("placeholder.rs");
+    let table = table.split("const PLACEHOLDERS").nth(1).unwrap().split("};").next().unwrap();
+    // A ray tracer of one's own is nobody's task: it has a placeholder, but no answer.
+    let functions = table.lines().filter(|line| line.contains(": |") && !line.contains("ray_tracer")).count();
+    // world.rs, which is given, compares with one of them.
+    assert_eq!(placeholders.sum::<usize>(), functions + 1);
+    assert!(functions >= 18);
 }
 
 #[test]
@@ -113,6 +127,7 @@ fn a_folder_that_is_not_empty_and_a_broken_source_leave_everything_as_it_was() {
         std::fs::create_dir_all(source.join(&path).parent().unwrap()).unwrap();
         std::fs::write(source.join(&path), bytes).unwrap();
     }
+    std::fs::create_dir_all(source.join("benches")).unwrap(); // all of it was left out
     std::fs::write(source.join("src/student/basis.rs"), "fn f() {\n    // <answer>\n}\n").unwrap();
     let problem = format!("{:#}", handout::write(Some(&source), &broken.path().join("out")).unwrap_err());
     assert!(problem.contains("basis.rs: line 2") && !problem.contains('\n'), "{problem}");
@@ -162,7 +177,6 @@ fn only_the_rust_files_of_src_student_and_the_notes_are_read_from_an_archive() {
 fn archives_that_lead_out_or_are_ambiguous_or_damaged_or_too_large_are_refused() {
     let good = ("src/student/basis.rs", "fn f() {}");
     assert!(refusal(&[good, ("../../src/student/basis.rs", "x")]).contains("leads out of it"));
-    assert!(refusal(&[good, ("/etc/src/student/basis.rs", "x")]).contains("leads out of it"));
     assert!(refusal(&[good, ("copy/src/student/basis.rs", "x")]).contains("more than one"));
     assert!(refusal(&[("src/main.rs", "x")]).contains("no Rust file in src/student"));
     assert!(refusal(&[good, ("src/student/large.rs", &"x".repeat(2 << 20))]).contains("too large"));
@@ -181,7 +195,7 @@ fn a_program_without_end_and_one_without_measure_are_stopped_and_it_is_told_why(
     assert!(started.elapsed().as_secs() < 20);
 
     let mut fine_mesh = Command::new(env!("CARGO_BIN_EXE_radiosity"));
-    fine_mesh.args(["solve", "cornell", "--subdivide", "11", "--rays", "1", "--json"]).env("MALLOC_ARENA_MAX", "2");
+    fine_mesh.args(["solve", "cornell", "--subdivide", "9", "--rays", "1", "--json"]).env("MALLOC_ARENA_MAX", "2");
     let run = run_limited(&mut fine_mesh, 60, Some(256)).unwrap();
     assert!(run.stopped.as_deref().unwrap().contains("more than the 256 MiB of memory"), "{run:?}");
 

@@ -76,7 +76,8 @@ pub struct Graded {
 impl Graded {
     /// Points earned: those of the required tasks, or the extra ones.
     pub fn points(&self, extra: bool) -> f32 {
-        self.reports.iter().filter(|report| report.is_extra == extra).map(|report| report.earned).sum()
+        let earned = self.reports.iter().filter(|report| report.is_extra == extra).map(|report| report.earned);
+        earned.fold(0.0, |sum, points| sum + points) // an empty sum() is -0
     }
 
     fn failed(hand_in: String, problem: String) -> Self {

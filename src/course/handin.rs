@@ -77,7 +77,7 @@ impl Notes {
 }
 
 fn said(note: &Option<String>) -> &str {
-    note.as_deref().map_or("none", str::trim)
+    note.as_deref().map(str::trim).filter(|text| !text.is_empty()).unwrap_or("none")
 }
 
 /// The README.txt of a hand-in.

@@ -13,6 +13,7 @@ use image::RgbaImage;
 use process_control::{ChildExt as _, Control as _};
 use serde::Deserialize;
 
+use super::tree::STUDENT_FOLDER;
 use crate::{
     check::tasks::{Finding, Status, TASKS, Task, TaskReport},
     files::{elements_of, loaded_scene, loaded_scene::LoadedScene, read_solution},
@@ -164,7 +165,7 @@ impl Program {
             return Ok(task.report(failed_to_end(stopped)));
         }
         let unreadable = || Finding {
-            function: "".into(),
+            function: STUDENT_FOLDER.into(),
             test: "the program".into(),
             hint: String::from("the tests did not come to an end"),
             measured: format!("exit status {}: {}", run.exit_status.unwrap_or(-1), first_line(&run.errors)),
@@ -214,7 +215,13 @@ impl Program {
 fn failed_to_end(stopped: String) -> Status {
     let hint = String::from("the tests did not come to an end: a loop or a recursion without end, or too much work?");
     let expected = String::from("an end, and an answer");
-    Status::Wrong(Finding { function: "".into(), test: "the program".into(), hint, measured: stopped, expected })
+    Status::Wrong(Finding {
+        function: STUDENT_FOLDER.into(),
+        test: "the program".into(),
+        hint,
+        measured: stopped,
+        expected,
+    })
 }
 
 fn first_line(text: &str) -> &str {

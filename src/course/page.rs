@@ -23,8 +23,8 @@ struct Row {
 struct Page<'a> {
     hand_in: &'a str,
     name: Option<&'a str>,
-    total: f32,
-    extra: f32,
+    total: String,
+    extra: String,
     problems: &'a [String],
     build_errors: &'a str,
     table: &'a str,
@@ -41,8 +41,8 @@ pub(super) fn html(graded: &Graded, table: &str) -> anyhow::Result<String> {
     let page = Page {
         hand_in: &graded.hand_in,
         name: graded.notes.name.as_deref(),
-        total: graded.points(false),
-        extra: graded.points(true),
+        total: graded.points(false).to_string(),
+        extra: graded.points(true).to_string(),
         problems: &graded.problems,
         build_errors: &graded.build_errors,
         table: if graded.reports.is_empty() { "" } else { table },
