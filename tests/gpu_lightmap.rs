@@ -17,7 +17,7 @@ use radiosity::{
         device,
         lightmap::{GpuSolver, hemicube},
     },
-    lightmap::{Atlas, GpuSettings, LightmapSettings, pages_of},
+    lightmap::{Atlas, GpuSettings, LightmapSettings, ShootingOrder, pages_of},
     scene::{AreaLight, LoadOptions, Scene, area_light::AreaLightState, builtin, load},
     solver::SolveSettings,
     trace::{Ray, RayTracer as _, Tracer},
@@ -295,6 +295,74 @@ fn the_cornell_box_at_32_texels_a_wall_is_within_5_percent_of_the_truth() {
     assert!(errors.total.relative_l2 < 0.05, "{errors:?}");
     assert!(errors.direct.relative_l2 < 0.015 && errors.total.bias.abs() < 0.02, "{errors:?}");
     assert!(ledger.balance().abs() < 0.01, "{ledger:?}");
+}
+
+#[test]
+fn in_a_scene_of_many_triangles_the_light_is_seen_where_rays_say_so() {
+    // 60,000 triangles, and one shooter.
+    let scene = common::own_scene("atrium/atrium", &LoadOptions::default());
+    let atlas = atlas_of(&scene, &texels(20_000));
+    let (low, high) = scene.bounds_in_metres();
+    let middle = 0.5 * (low + high);
+    let light =
+        AreaLightState { centre: middle.to_array(), u: [0.1, 0.0, 0.0], v: [0.0, 0.1, 0.0], radiance: [10.0; 3] };
+    let light = light.to_local(&scene.frame);
+    let tracer = Tracer::new(Arc::clone(&scene));
+    let settings = GpuSettings { light_side: 1, light_hemicube: 512, ..GpuSettings::default() };
+    let mut solver = solver(&scene, &atlas, Some(light), &settings);
+    solver.step().unwrap();
+    let direct = solver.fields().unwrap().direct;
+    let (mut seen, mut wrong) = (0.0_f32, 0.0_f32);
+    for (texel, value) in atlas.texels.iter().zip(&direct).filter(|(texel, _)| texel.open > 0.5) {
+        let whole = polygon_irradiance(texel.position, texel.shading_normal, &light.corners(), light.radiance).x;
+        let way = light.centre - texel.position;
+        let ray = Ray {
+            origin: texel.position,
+            direction: way.normalize(),
+            max_distance: way.length(),
+            origin_triangle: texel.triangle,
+        };
+        let expected = if tracer.occluded(&ray) { 0.0 } else { whole };
+        seen += texel.open_area() * expected;
+        wrong += texel.open_area() * (value.x - expected).abs();
+    }
+    assert!(seen > 0.0 && wrong < 0.05 * seen, "{:.1} % of the light is wrong", 100.0 * wrong / seen);
+}
+
+#[test]
+fn mesh_after_mesh_gives_the_same_light_with_more_shooters() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(1000));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let brightest = GpuSettings { unabsorbed: 0.02, light_side: 4, batch: 16, ..GpuSettings::default() };
+    let mesh = GpuSettings { order: ShootingOrder::Mesh, ..brightest.clone() };
+    let [first, second] = [brightest, mesh].map(|settings| solved(solver(&scene, &atlas, Some(light), &settings)));
+    let [a, b] = [&first, &second].map(|solver| mean(&atlas, &solver.fields().unwrap().total));
+    assert!(a.abs_diff_eq(b, 0.02 * a.x), "{a} and {b}");
+    let [fewer, more] = [&first, &second].map(|solver| solver.ledger().shooters);
+    assert!(fewer < more, "{fewer} and {more} shooters");
+}
+
+#[test]
+#[ignore = "a table, not a test: cargo test --test gpu_lightmap -- --ignored --nocapture"]
+fn table_of_orders_on_the_cornell_box() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(1600));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let ours = GpuSettings { unabsorbed: 0.05, ..GpuSettings::default() };
+    let theirs = GpuSettings { order: ShootingOrder::Mesh, group: 1, batch: 1, ..ours.clone() };
+    for (name, settings, reads_back) in [("groups, batches", ours, false), ("mesh by mesh", theirs, true)] {
+        let mut solver = solver(&scene, &atlas, Some(light), &settings);
+        let started = Instant::now();
+        while !solver.is_done() {
+            solver.step().unwrap();
+            if reads_back {
+                solver.fields().unwrap();
+            }
+        }
+        let ledger = solver.ledger();
+        println!("{name}: {} shooters, {} batches, {:?}", ledger.shooters, ledger.batches, started.elapsed());
+    }
 }
 
 #[test]

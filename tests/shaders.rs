@@ -6,7 +6,9 @@ use std::{mem::offset_of, path::Path};
 
 use radiosity::gpu::{
     frame::{FRAME_WGSL, FrameUniforms},
-    lightmap::patches::{BatchSettings, Face, Group, LedgerSums, PATCHES_WGSL, PowerSums, Receiver, Shooter},
+    lightmap::patches::{
+        BatchSettings, ChartGroups, Face, Group, LedgerSums, PATCHES_WGSL, PowerSums, Receiver, Shooter,
+    },
     mesh_view::MaterialUniforms,
 };
 use wgpu::naga::{Module, TypeInner, front::wgsl, valid};
@@ -97,6 +99,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
             tangent, spare_five, radiosity, spare_six)
     );
     assert_eq!(patches("Face"), rust_layout!(Face: x, y, w));
+    let charts = rust_layout!(ChartGroups: first, count, area, spare);
+    assert_eq!(wgsl_layout("lightmap/choose.wgsl", "ChartGroups"), charts);
     let sums = rust_layout!(PowerSums: arrived, spare, reflected, spare_too, unshot, spare_three);
     assert_eq!(wgsl_layout("lightmap/receive.wgsl", "PowerSums"), sums);
     assert_eq!(wgsl_layout("lightmap/ledger.wgsl", "PowerSums"), sums);

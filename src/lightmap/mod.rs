@@ -18,7 +18,7 @@ mod tests;
 
 pub use charts::Charts;
 pub use dilate::pages_of;
-pub use settings::GpuSettings;
+pub use settings::{GpuSettings, ShootingOrder};
 pub use texels::{Texel, texel_table};
 pub use unwrap::{LightmapSettings, unwrap};
 

@@ -1,7 +1,18 @@
 //! The settings of a solve on the graphics card: one struct for the flags, the state file and the window.
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
+
+/// Who shoots next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ShootingOrder {
+    /// The groups of the most unshot power.
+    #[default]
+    Brightest,
+    /// The chart of the highest mean unshot radiosity, with all its groups; then the next.
+    Mesh,
+}
 
 /// Everything that a solve on the card depends on besides the scene, the light and the lightmap.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -13,6 +24,9 @@ pub struct GpuSettings {
     /// Texels along the side of a group that shoots as one: 1, 2, 4, 8 or 16.
     #[arg(long, value_name = "TEXELS", default_value_t = GpuSettings::default().group)]
     pub group: u32,
+    /// Who shoots next.
+    #[arg(long, value_enum, default_value_t = GpuSettings::default().order)]
+    pub order: ShootingOrder,
     /// Pixels along a group's hemicube: even, 16 to 512.
     #[arg(long, value_name = "PIXELS", default_value_t = GpuSettings::default().hemicube)]
     pub hemicube: u32,
@@ -38,6 +52,7 @@ impl Default for GpuSettings {
         Self {
             unabsorbed: 0.01,
             group: 4,
+            order: ShootingOrder::Brightest,
             hemicube: 64,
             light_hemicube: 256,
             light_side: 8,

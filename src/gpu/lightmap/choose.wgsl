@@ -1,5 +1,6 @@
 // Which groups shoot next: those of the most unshot power, found by reduction over tiles of 256 groups.
-// Group 0: settings, receivers, groups, unshot radiosity, power by group, best of each tile, chosen, shooters.
+// Group 0: settings, receivers, groups, unshot radiosity, power by group, best of each tile, chosen, shooters, charts,
+// the chart that shoots.
 
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var<storage, read> receivers: array<Receiver>;
@@ -9,6 +10,22 @@
 @group(0) @binding(5) var<storage, read_write> best_of_tile: array<Best>;
 @group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> shooters: array<Shooter>;
+
+@group(0) @binding(8) var<storage, read> charts: array<ChartGroups>;
+@group(0) @binding(9) var<storage, read_write> order: Order;
+
+struct ChartGroups {
+    first: u32,
+    count: u32,
+    area: f32,
+    spare: f32,
+}
+
+// The groups of the present chart that have still to shoot.
+struct Order {
+    next: u32,
+    end: u32,
+}
 
 struct Best {
     power: f32,
@@ -87,6 +104,38 @@ fn choose(@builtin(local_invocation_index) local: u32) {
         if local == 0u {
             best_of_tile[tile] = candidates[0];
             chosen[slot] = select(NO_GROUP, found.group, found.power > 0.0);
+        }
+        storageBarrier();
+        workgroupBarrier();
+    }
+}
+
+// The other order: the chart of the highest mean unshot radiosity shoots with all its groups, then the next.
+@compute @workgroup_size(256)
+fn choose_mesh(@builtin(local_invocation_index) local: u32) {
+    for (var slot = 0u; slot < settings.slot_count; slot++) {
+        var best = Best(0.0, NO_GROUP);
+        for (var chart = local; chart < arrayLength(&charts); chart += 256u) {
+            var sum = 0.0;
+            for (var group = charts[chart].first; group < charts[chart].first + charts[chart].count; group++) {
+                sum += power[group];
+            }
+            best = better(best, Best(sum / charts[chart].area, chart));
+        }
+        candidates[local] = best;
+        reduce_candidates(local);
+        if local == 0u {
+            let found = candidates[0];
+            if order.next >= order.end && found.power > 0.0 {
+                order.next = charts[found.group].first;
+                order.end = order.next + charts[found.group].count;
+            }
+            let is_left = order.next < order.end;
+            chosen[slot] = select(NO_GROUP, order.next, is_left);
+            if is_left {
+                power[order.next] = 0.0;
+                order.next += 1u;
+            }
         }
         storageBarrier();
         workgroupBarrier();

@@ -171,6 +171,20 @@ pub struct LedgerSums {
     pub spare_three: f32,
 }
 
+/// The groups of one chart, laid out as `ChartGroups` in `choose.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct ChartGroups {
+    /// Its first group.
+    pub first: u32,
+    /// Its groups.
+    pub count: u32,
+    /// Their area.
+    pub area: f32,
+    /// Not used.
+    pub spare: f32,
+}
+
 /// Everything that a solve uploads.
 #[derive(Clone, Debug)]
 pub struct Patches {
@@ -180,6 +194,8 @@ pub struct Patches {
     pub texel_of_receiver: Vec<u32>,
     /// The groups, each a run of receivers.
     pub groups: Vec<Group>,
+    /// The charts, each a run of groups.
+    pub charts: Vec<ChartGroups>,
     /// The placed light and the emissive texels, cut into shooters.
     pub lamps: Vec<Shooter>,
     /// Emitted power [W per m² times local units²].
@@ -202,8 +218,21 @@ impl Patches {
         let mut lamps: Vec<Shooter> = light.map_or(Vec::new(), |light| lamps_of(light, lamp_side));
         lamps.extend(emitters(atlas, &texels));
         let emitted = lamps.iter().map(|lamp| lamp.area * lamp.radiosity).sum();
-        Self { receivers, texel_of_receiver: open, groups, lamps, emitted }
+        let charts = charts(&groups);
+        Self { receivers, texel_of_receiver: open, groups, charts, lamps, emitted }
     }
+}
+
+fn charts(groups: &[Group]) -> Vec<ChartGroups> {
+    let mut first = 0;
+    let runs = groups.chunk_by(|a, b| a.chart == b.chart);
+    runs.map(|run| {
+        let area = run.iter().map(|group| group.area).sum();
+        let chart = ChartGroups { first, count: run.len() as u32, area, spare: 0.0 };
+        first += chart.count;
+        chart
+    })
+    .collect()
 }
 
 fn is_open(texel: &Texel) -> bool {

@@ -10,7 +10,7 @@ use super::{
     patches::{BatchSettings, Face, LedgerSums, PATCHES_WGSL, Patches, PowerSums, Shooter},
 };
 use crate::{
-    lightmap::{Atlas, GpuSettings},
+    lightmap::{Atlas, GpuSettings, ShootingOrder},
     scene::{AreaLight, Scene},
 };
 
@@ -79,6 +79,7 @@ struct Pipelines {
     faces: wgpu::ComputePipeline,
     find_power: wgpu::ComputePipeline,
     choose: wgpu::ComputePipeline,
+    choose_mesh: wgpu::ComputePipeline,
     take: wgpu::ComputePipeline,
     receive: wgpu::ComputePipeline,
     find_escaped: wgpu::ComputePipeline,
@@ -105,6 +106,7 @@ struct BindGroups {
     faces: wgpu::BindGroup,
     find_power: wgpu::BindGroup,
     choose: wgpu::BindGroup,
+    choose_mesh: wgpu::BindGroup,
     take: wgpu::BindGroup,
     add_up: wgpu::BindGroup,
 }
@@ -248,7 +250,10 @@ impl GpuSolver {
         let tiles = (self.patches.groups.len() as u32).div_ceil(256);
         for (pipeline, group, count) in [
             (&self.pipelines.find_power, &self.groups.find_power, tiles),
-            (&self.pipelines.choose, &self.groups.choose, 1),
+            match self.settings.order {
+                ShootingOrder::Brightest => (&self.pipelines.choose, &self.groups.choose, 1),
+                ShootingOrder::Mesh => (&self.pipelines.choose_mesh, &self.groups.choose_mesh, 1),
+            },
             (&self.pipelines.take, &self.groups.take, slots),
         ] {
             dispatch(&mut pass, pipeline, group, count);
@@ -360,6 +365,7 @@ impl Pipelines {
             faces: pipeline(&module("faces.wgsl", FACES_WGSL), "find_faces"),
             find_power: pipeline(&choose, "find_power"),
             choose: pipeline(&choose, "choose"),
+            choose_mesh: pipeline(&choose, "choose_mesh"),
             take: pipeline(&choose, "take"),
             receive: pipeline(&module("receive.wgsl", RECEIVE_WGSL), "receive"),
             find_escaped: pipeline(&ledger, "find_escaped"),
@@ -449,6 +455,12 @@ impl BindGroups {
         let power = scratch("power", 4 * patches.groups.len());
         let best = scratch("best of tile", 8 * patches.groups.len().div_ceil(256));
         let chosen = scratch("chosen", 4 * MOST_SLOTS as usize);
+        let order = scratch("order", 16);
+        let charts = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("charts"),
+            contents: bytemuck::cast_slice(&patches.charts),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
         let Buffers { settings, receivers, groups, shooters, faces, unshot, sums, escaped, ledger, .. } = buffers;
         Self {
             faces: bind(device, &pipelines.faces, &[(0, settings), (1, shooters), (2, faces)]),
@@ -458,6 +470,11 @@ impl BindGroups {
                 &[(0, settings), (1, receivers), (2, groups), (3, unshot), (4, &power), (5, &best)],
             ),
             choose: bind(device, &pipelines.choose, &[(0, settings), (4, &power), (5, &best), (6, &chosen)]),
+            choose_mesh: bind(
+                device,
+                &pipelines.choose_mesh,
+                &[(0, settings), (4, &power), (6, &chosen), (8, &charts), (9, &order)],
+            ),
             take: bind(
                 device,
                 &pipelines.take,
