@@ -335,7 +335,7 @@ fn mesh_after_mesh_gives_the_same_light_with_more_shooters() {
     let atlas = atlas_of(&scene, &texels(1000));
     let light = common::cornell_light().to_local(&scene.frame);
     let brightest = GpuSettings { unabsorbed: 0.02, light_side: 4, batch: 16, ..GpuSettings::default() };
-    let mesh = GpuSettings { order: ShootingOrder::Mesh, ..brightest.clone() };
+    let mesh = GpuSettings { order: ShootingOrder::Mesh, ..brightest };
     let [first, second] = [brightest, mesh].map(|settings| solved(solver(&scene, &atlas, Some(light), &settings)));
     let [a, b] = [&first, &second].map(|solver| mean(&atlas, &solver.fields().unwrap().total));
     assert!(a.abs_diff_eq(b, 0.02 * a.x), "{a} and {b}");
@@ -350,7 +350,7 @@ fn table_of_orders_on_the_cornell_box() {
     let atlas = atlas_of(&scene, &texels(1600));
     let light = common::cornell_light().to_local(&scene.frame);
     let ours = GpuSettings { unabsorbed: 0.05, ..GpuSettings::default() };
-    let theirs = GpuSettings { order: ShootingOrder::Mesh, group: 1, batch: 1, ..ours.clone() };
+    let theirs = GpuSettings { order: ShootingOrder::Mesh, group: 1, batch: 1, ..ours };
     for (name, settings, reads_back) in [("groups, batches", ours, false), ("mesh by mesh", theirs, true)] {
         let mut solver = solver(&scene, &atlas, Some(light), &settings);
         let started = Instant::now();
