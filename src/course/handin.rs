@@ -45,7 +45,7 @@ impl Notes {
     /// One line: what is wrong with it, and where.
     pub fn from_toml(text: &str) -> anyhow::Result<Self> {
         toml::from_str(text).map_err(|error| {
-            let line = error.span().map_or(1, |span| text[..span.start].lines().count().max(1));
+            let line = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
             anyhow::anyhow!("line {line}: {}", error.message().replace('\n', "; "))
         })
     }
