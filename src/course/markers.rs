@@ -101,6 +101,9 @@ fn joined(lines: &[Option<String>]) -> String {
             continue;
         };
         let follows_space = text.is_empty() || text.ends_with("\n\n") || text.ends_with("{\n");
+        if removed && line.trim_start().starts_with('}') && text.ends_with("\n\n") {
+            text.pop();
+        }
         if !(removed && line.is_empty() && follows_space) {
             text += line;
             text.push('\n');
@@ -156,6 +159,8 @@ mod tests {
         let arms = "match x {\n    A => 1,\n    /// B.\n    #[cfg(feature = \"reference\")]\n    B(b) => {\n        b\n    }\n    C => 2,\n}\n";
         assert_eq!(without_reference(arms).unwrap(), "match x {\n    A => 1,\n    C => 2,\n}\n");
         assert!(without_reference("#[cfg(feature = \"reference\")]\nfn f() {\n").is_err());
+        let last = "impl A {\n    fn a() {}\n\n    #[cfg(feature = \"reference\")]\n    fn b() {}\n}\n";
+        assert_eq!(without_reference(last).unwrap(), "impl A {\n    fn a() {}\n}\n");
         let other = "#[cfg(feature = \"app\")]\nmod app;\n";
         assert_eq!(without_reference(other).unwrap(), other);
     }
