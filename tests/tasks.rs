@@ -198,7 +198,7 @@ fn a_ray_tracer_is_compared_and_a_wrong_one_is_told_with_a_ray() {
         (with_tracer!("any hit"), "not the nearest"),
         (with_tracer!("endless shadow"), "`occluded` says occluded"),
         (with_tracer!("leaky edges"), "a ray at"),
-        (with_tracer!("own triangle"), "leaves a surface"),
+        (with_tracer!("own triangle"), "the triangle that it leaves"),
         (with_tracer!("u and v swapped"), "barycentric"),
         (with_tracer!("front and back"), "front and back"),
     ];
