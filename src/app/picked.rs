@@ -1,6 +1,6 @@
 //! What lies at a clicked point of the surface.
 
-use std::sync::Arc;
+use std::{f32::consts::TAU, sync::Arc};
 
 use egui::Ui;
 use glam::{Vec2, Vec3};
@@ -16,7 +16,6 @@ use crate::{
     },
     scene::{Camera, mesh::interpolate},
     trace::{NO_TRIANGLE, Ray, RayTracer as _, SurfacePoint},
-    transport::sampling::{cosine_direction, frame},
 };
 
 /// Back faces that a click goes through.
@@ -91,17 +90,21 @@ impl Picked {
         let scene = &elements.scene;
         let at = |field: &[Vec3], triangle, place| elements.tessellation.interpolate(field, triangle, place);
         let from = SurfacePoint::new(scene, self.triangle, self.barycentric);
-        let basis = frame(from.shading_normal);
         let sequence = Sequence::new(Sampler::Sobol, 1, self.triangle, Stream::Hemisphere, SHARE_RAYS);
         let mut reflected = vec![0.0; scene.materials.len()];
         for index in 0..SHARE_RAYS {
-            let direction = basis * cosine_direction(sequence.sample_2d(index));
+            // Uniform over the sphere and mirrored to the upper half, so that the cosine becomes a weight.
+            let sample = sequence.sample_2d(index);
+            let height = 1.0 - 2.0 * sample.y;
+            let across = (1.0 - height * height).max(0.0).sqrt() * Vec2::from_angle(TAU * sample.x);
+            let on_sphere = across.extend(height);
+            let cosine = on_sphere.dot(from.shading_normal);
+            let (direction, weight) = (on_sphere * cosine.signum(), 2.0 * cosine.abs() / SHARE_RAYS as f32);
             let hit = from.ray(direction).and_then(|ray| elements.tracer.closest_hit(&ray)).filter(|hit| hit.front);
             if let Some(hit) = hit {
                 let irradiance = at(&results.total, hit.triangle, hit.barycentric);
                 let radiosity = scene.reflectance(hit.triangle, hit.barycentric) * irradiance;
-                reflected[scene.mesh.material_indices[hit.triangle as usize] as usize] +=
-                    luminance(radiosity) / SHARE_RAYS as f32;
+                reflected[scene.mesh.material_indices[hit.triangle as usize] as usize] += weight * luminance(radiosity);
             }
         }
         let direct =
