@@ -148,19 +148,29 @@ pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -
     }
     let emitted = lights.emitted_power(scene).as_dvec3() * scene.frame.square_metres_per_unit();
     let mut report = SolveReport::new(Ledger::new(emitted));
-    let Computed { bounces, buried } = match problem.settings.engine {
-        #[cfg(feature = "reference")]
-        Engine::Reference => match &problem.adapted {
-            Some(adapted) => gather_adapted::solve(problem, adapted, monitor, &lights, &mut report),
-            None => gather::solve(problem, monitor, lights, &mut report),
-        },
-        _ => student_engine::solve(problem, functions, monitor, &lights, &mut report),
-    };
+    let computed = own_engine(problem, monitor, &lights, &mut report);
+    let Computed { bounces, buried } =
+        computed.unwrap_or_else(|| student_engine::solve(problem, functions, monitor, &lights, &mut report));
     report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
     report.unabsorbed = report.energy.unabsorbed();
     report.seconds = report.seconds_adapting + started.elapsed().as_secs_f64();
     let bounces = bounces.into_iter().map(Arc::unwrap_or_clone).collect();
     (Solution { info: info(problem, monitor), bounces, buried, cuts: problem.tessellation.cuts.clone() }, report)
+}
+
+/// What the program's own engine computes, if it is the one that is wanted.
+#[cfg(feature = "reference")]
+fn own_engine(problem: &Problem, monitor: &Monitor, lights: &Lights, report: &mut SolveReport) -> Option<Computed> {
+    match (problem.settings.engine, &problem.adapted) {
+        (Engine::Student, _) => None,
+        (Engine::Reference, Some(adapted)) => Some(gather_adapted::solve(problem, adapted, monitor, lights, report)),
+        (Engine::Reference, None) => Some(gather::solve(problem, monitor, lights.clone(), report)),
+    }
+}
+
+#[cfg(not(feature = "reference"))]
+fn own_engine(_: &Problem, _: &Monitor, _: &Lights, _: &mut SolveReport) -> Option<Computed> {
+    None
 }
 
 /// The bounces from direct light on, until the settings' limit or the stop rule. `next_bounce` gets the bounces so far.
