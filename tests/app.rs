@@ -1,5 +1,5 @@
 //! The window: its keys, panels and pictures.
-#![cfg(feature = "app")]
+#![cfg(all(feature = "app", feature = "reference"))]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 #[path = "common/window.rs"]

@@ -1,5 +1,5 @@
 //! The window's panel of the assignment.
-#![cfg(feature = "app")]
+#![cfg(all(feature = "app", feature = "reference"))]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 #[path = "common/window.rs"]

@@ -1,5 +1,5 @@
 //! The window: steps, comparisons with a truth, curves to save, errors of sampling, sizes and dropped files.
-#![cfg(feature = "app")]
+#![cfg(all(feature = "app", feature = "reference"))]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 #[path = "common/window.rs"]

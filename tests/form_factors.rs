@@ -1,5 +1,5 @@
 //! Form factors by item buffers, against closed forms and against rays.
-#![cfg(feature = "gpu")]
+#![cfg(all(feature = "gpu", feature = "reference"))]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 use std::sync::Arc;

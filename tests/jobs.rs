@@ -1,4 +1,5 @@
 //! Solves as jobs: the same bits however they run, and no result lost.
+#![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod common;

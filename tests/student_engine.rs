@@ -1,5 +1,6 @@
 //! The engine that runs on a student's functions: against the program's own, which shares no sampler with it, and with
 //! functions that are missing or fail.
+#![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
 mod common;
@@ -47,7 +48,6 @@ fn every_ray_of_one_vertex_can_be_seen_and_gives_the_solves_own_value() {
 }
 
 /// Root of the mean squared difference, relative to the mean of `expected`.
-#[cfg(feature = "reference")]
 fn relative_difference(found: &[Vec3], expected: &[Vec3]) -> f32 {
     let count = expected.len() as f32;
     let squared: f32 = found.iter().zip(expected).map(|(a, b)| (*a - *b).length_squared() / 3.0).sum();
@@ -55,7 +55,6 @@ fn relative_difference(found: &[Vec3], expected: &[Vec3]) -> f32 {
     (squared / count).sqrt() / (mean / count)
 }
 
-#[cfg(feature = "reference")]
 #[test]
 fn the_answers_and_the_programs_own_engine_agree_bounce_by_bounce() {
     let settings = SolveSettings { bounces: Some(3), subdivide: 3, ..SolveSettings::default() };

@@ -19,7 +19,7 @@ use crate::{
     scene::{LoadOptions, Material, Scene, Tessellation, area_light::AreaLightState},
     solver::adapt::Adapted,
     solver::{
-        Job, Message, Monitor, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower,
+        Engine, Job, Message, Monitor, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower,
         faults::Fault, student_engine::HOLE_COLOUR,
     },
     trace::Tracer,
@@ -331,7 +331,10 @@ impl Work {
     fn show_live(&self, job: &Job, triangles: &[[u32; 3]]) {
         let known = job.monitor().known();
         let mut field = job.monitor().live_field();
-        fill_unknown(&mut field, known, triangles);
+        // A student sees each vertex come in.
+        if self.input.settings.engine == Engine::Reference {
+            fill_unknown(&mut field, known, triangles);
+        }
         let field = Arc::new(field);
         *self.shared.live.lock().unwrap_or_else(PoisonError::into_inner) = Some(field);
     }
