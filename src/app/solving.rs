@@ -49,6 +49,19 @@ pub struct Elements {
 }
 
 impl Elements {
+    /// What is to be solved on these elements.
+    pub(super) fn problem(&self, input: &SolveInput) -> Problem {
+        Problem {
+            scene: Arc::clone(&self.scene),
+            tracer: self.tracer.clone(),
+            tessellation: Arc::clone(&self.tessellation),
+            load: self.load.clone(),
+            light: input.light,
+            settings: input.settings.clone(),
+            adapted: self.adapted.clone(),
+        }
+    }
+
     /// Cuts a scene and builds its tree.
     ///
     /// # Errors
@@ -266,15 +279,7 @@ impl Work {
     fn run(self, wake: &impl Fn()) {
         let is_cancelled = || self.shared.cancelled.load(Relaxed);
         let job = elements_for(&self.base, &self.made_with, &self.input, &is_cancelled).and_then(|elements| {
-            let problem = Problem {
-                scene: Arc::clone(&elements.scene),
-                tracer: elements.tracer.clone(),
-                tessellation: Arc::clone(&elements.tessellation),
-                load: elements.load.clone(),
-                light: self.input.light,
-                settings: self.input.settings.clone(),
-                adapted: elements.adapted.clone(),
-            };
+            let problem = elements.problem(&self.input);
             let tessellation = Arc::clone(&elements.tessellation);
             self.send(SolveEvent::Started(elements));
             if let Some(remark) = problem.remark() {

@@ -8,10 +8,7 @@ use glam::Vec3;
 use super::{App, light_handles::on_screen, results::Field};
 use crate::{
     scene::Camera,
-    solver::{
-        Problem,
-        one_vertex::{Found, SeenRay, VertexRays, rays_of_vertex},
-    },
+    solver::one_vertex::{Found, SeenRay, VertexRays, rays_of_vertex},
     student::FUNCTIONS,
 };
 
@@ -49,15 +46,7 @@ impl App {
         if same_solution && view.rays.as_ref().is_some_and(|rays| (rays.vertex, rays.bounce) == (vertex, bounce)) {
             return;
         }
-        let problem = Problem {
-            scene: elements.scene.clone(),
-            tracer: elements.tracer.clone(),
-            tessellation: elements.tessellation.clone(),
-            load: elements.load.clone(),
-            light: results.input.light,
-            settings: results.input.settings.clone(),
-            adapted: None,
-        };
+        let problem = elements.problem(&results.input);
         let before: Vec<&[Vec3]> = results.bounces[..bounce].iter().map(|field| field.as_slice()).collect();
         view.rays = Some(rays_of_vertex(&problem, &FUNCTIONS, &before, vertex));
         view.solution = solution.cloned();

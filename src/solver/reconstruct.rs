@@ -1,7 +1,5 @@
 //! The field of a solution between its vertices.
 
-use std::f32::consts::PI;
-
 use clap::ValueEnum;
 use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
@@ -55,9 +53,6 @@ pub struct Reconstructor<'a> {
     reconstruction: Reconstruction,
 }
 
-/// Rays that tell whether a point is buried.
-const RAYS_FOR_BURIAL: u32 = 16;
-
 impl<'a> Reconstructor<'a> {
     /// For a solution with the scene and the elements that it belongs to.
     pub fn new(
@@ -87,7 +82,7 @@ impl<'a> Reconstructor<'a> {
         let (element, local) = self.tessellation.locate(scene_triangle, barycentric);
         let corners = self.tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
         let point = SurfacePoint::new(self.scene, scene_triangle, barycentric);
-        if corners.iter().any(|&corner| self.solution.buried[corner]) && is_buried(self.tracer, &point) {
+        if corners.iter().any(|&corner| self.solution.buried[corner]) && point.is_buried(self.tracer) {
             return PointIrradiance::default();
         }
         let at = |field: &[Vec3]| interpolate(corners.map(|corner| field[corner]), local);
@@ -105,23 +100,6 @@ impl<'a> Reconstructor<'a> {
         let context = point_context(self.scene, self.tracer, &self.lights, &self.solution.info.settings);
         context.irradiance_at(point, scratch, &mut ShadowRays::default())
     }
-}
-
-/// True if rays from the point mostly meet back faces: the rule by which vertices are found to be buried.
-pub(super) fn is_buried(tracer: &dyn RayTracer, point: &SurfacePoint) -> bool {
-    let basis = glam::Mat3::from_cols(
-        point.geometric_normal.any_orthogonal_vector().normalize(),
-        point.geometric_normal.cross(point.geometric_normal.any_orthogonal_vector()).normalize(),
-        point.geometric_normal,
-    );
-    let rays = (0..RAYS_FOR_BURIAL).filter_map(|index| {
-        // A spiral over the hemisphere (Vogel 1979), each turn as wide as its share of the cosine asks.
-        let squared = (index as f32 + 0.5) / RAYS_FOR_BURIAL as f32;
-        let (sine, cosine) = (PI * (3.0 - 5.0_f32.sqrt()) * index as f32).sin_cos();
-        point.ray(basis * Vec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).sqrt()))
-    });
-    let back_hits = rays.filter(|ray| tracer.closest_hit(ray).is_some_and(|hit| !hit.front)).count();
-    2 * back_hits > RAYS_FOR_BURIAL as usize
 }
 
 /// Direct light at points, as a solve with these settings would find it.

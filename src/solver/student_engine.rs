@@ -12,7 +12,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
@@ -34,10 +34,6 @@ const UNWRITTEN_TIME: Duration = Duration::from_secs(4);
 
 /// Most vertices that one task handles.
 const VERTICES_PER_TASK: usize = 64;
-
-/// Directions that tell whether a point is buried, along a spiral of equal heights.
-const BURIAL_RAYS: u16 = 16;
-const GOLDEN_ANGLE: f32 = 2.399_963_2;
 
 /// A shorter wait than this is left out: a large mesh takes its time anyway.
 const SHORTEST_PACE: Duration = Duration::from_micros(100);
@@ -207,7 +203,7 @@ impl<'s> StudentSolve<'s> {
             return 0;
         }
         self.origins.collect(&self.problem.scene, &self.problem.tessellation, vertex, origins);
-        let is_free = |origin: &SurfacePoint| !is_buried(&*self.problem.tracer, origin);
+        let is_free = |origin: &SurfacePoint| !origin.is_buried(&*self.problem.tracer);
         (0..).zip(origins.iter()).map(|(place, origin)| Usable::from(is_free(origin)) << place).sum()
     }
 
@@ -299,18 +295,4 @@ impl<'s> StudentSolve<'s> {
             faults.push(fault.clone());
         }
     }
-}
-
-/// Whether a point lies under an object: of what its hemisphere sees, more is back faces than not.
-fn is_buried(tracer: &dyn RayTracer, origin: &SurfacePoint) -> bool {
-    let (tangent, bitangent) = origin.geometric_normal.any_orthonormal_pair();
-    let mut balance = 0.0;
-    for index in 0..BURIAL_RAYS {
-        let height = (f32::from(index) + 0.5) / f32::from(BURIAL_RAYS);
-        let across = (1.0 - height * height).sqrt() * Vec2::from_angle(f32::from(index) * GOLDEN_ANGLE);
-        let direction = across.x * tangent + across.y * bitangent + height * origin.geometric_normal;
-        let meets_back = origin.ray(direction).and_then(|ray| tracer.closest_hit(&ray)).is_some_and(|hit| !hit.front);
-        balance += if meets_back { height } else { -height };
-    }
-    balance > 0.0
 }

@@ -1,9 +1,14 @@
 //! Points on surfaces, and rays that leave them without meeting them again.
 
-use glam::{Vec2, Vec3};
+use std::f32::consts::PI;
 
-use super::{NO_TRIANGLE, Ray};
+use glam::{Mat3, Vec2, Vec3};
+
+use super::{NO_TRIANGLE, Ray, RayTracer};
 use crate::scene::Scene;
+
+/// Rays that tell whether a point is buried.
+const RAYS_FOR_BURIAL: u32 = 16;
 
 /// A point on a scene triangle that rays can leave from, on its front side.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +54,24 @@ impl SurfacePoint {
             return None;
         }
         self.ray(offset / distance).map(|ray| Ray { max_distance: distance, ..ray })
+    }
+
+    /// True if rays from the point mostly meet back faces: the rule by which vertices are found to be buried.
+    pub fn is_buried(&self, tracer: &dyn RayTracer) -> bool {
+        let normal = self.geometric_normal;
+        let basis = Mat3::from_cols(
+            normal.any_orthogonal_vector().normalize(),
+            normal.cross(normal.any_orthogonal_vector()).normalize(),
+            normal,
+        );
+        let rays = (0..RAYS_FOR_BURIAL).filter_map(|index| {
+            // A spiral over the hemisphere (Vogel 1979), each turn as wide as its share of the cosine asks.
+            let squared = (index as f32 + 0.5) / RAYS_FOR_BURIAL as f32;
+            let (sine, cosine) = (PI * (3.0 - 5.0_f32.sqrt()) * index as f32).sin_cos();
+            self.ray(basis * Vec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).sqrt()))
+        });
+        let back_hits = rays.filter(|ray| tracer.closest_hit(ray).is_some_and(|hit| !hit.front)).count();
+        2 * back_hits > RAYS_FOR_BURIAL as usize
     }
 }
 

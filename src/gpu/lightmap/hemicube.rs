@@ -72,6 +72,13 @@ impl TileLayout {
             _ => [corner[0], corner[1] + self.resolution + (face - 1) * half, self.resolution, half],
         }
     }
+
+    /// Makes a pass draw into the place of one instance: face `instance` % 5 of slot `instance` / 5.
+    pub(super) fn aim(&self, pass: &mut wgpu::RenderPass<'_>, instance: u32) {
+        let [x, y, width, height] = self.viewport(instance / FACE_COUNT, instance % FACE_COUNT);
+        pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+        pass.set_scissor_rect(x, y, width, height);
+    }
 }
 
 /// The scene's triangles as the pass draws them.
@@ -197,9 +204,7 @@ impl HemicubePass {
         pass.set_vertex_buffer(1, faces.slice(..));
         pass.set_index_buffer(scene.indices.slice(..), wgpu::IndexFormat::Uint32);
         for instance in 0..slot_count * FACE_COUNT {
-            let [x, y, width, height] = self.layout.viewport(instance / FACE_COUNT, instance % FACE_COUNT);
-            pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-            pass.set_scissor_rect(x, y, width, height);
+            self.layout.aim(&mut pass, instance);
             pass.draw_indexed(0..scene.index_count, 0, instance..instance + 1);
         }
     }

@@ -212,9 +212,7 @@ impl ItemBuffers {
         pass.set_vertex_buffer(0, self.positions.slice(..));
         pass.set_vertex_buffer(1, self.faces.slice(..));
         for instance in 0..slots * FACE_COUNT {
-            let [x, y, width, height] = self.layout.viewport(instance / FACE_COUNT, instance % FACE_COUNT);
-            pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-            pass.set_scissor_rect(x, y, width, height);
+            self.layout.aim(&mut pass, instance);
             pass.draw(0..3 * self.triangle_count, instance..instance + 1);
         }
         drop(pass);

@@ -9,15 +9,6 @@
 @group(0) @binding(5) var<storage, read_write> ledger: Ledger;
 @group(0) @binding(6) var depth: texture_depth_2d;
 
-struct PowerSums {
-    arrived: vec3f,
-    spare: f32,
-    reflected: vec3f,
-    spare_too: f32,
-    unshot: vec3f,
-    spare_three: f32,
-}
-
 struct Ledger {
     // Since the start.
     arrived: vec3f,

@@ -131,7 +131,7 @@ pub struct Face {
     pub w: Vec4,
 }
 
-/// Sums of power by workgroup, laid out as `PowerSums` in `receive.wgsl` [W per m² times local units²].
+/// Sums of power by workgroup, laid out as `PowerSums` in `patches.wgsl` [W per m² times local units²].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct PowerSums {

@@ -28,6 +28,16 @@ struct Receiver {
     spare_again: f32,
 }
 
+// Sums of power over a workgroup of `receive`.
+struct PowerSums {
+    arrived: vec3f,
+    spare: f32,
+    reflected: vec3f,
+    spare_too: f32,
+    unshot: vec3f,
+    spare_three: f32,
+}
+
 // Texels that shoot as one.
 struct Group {
     centre: vec3f,

@@ -9,15 +9,6 @@
 @group(0) @binding(5) var<storage, read_write> sums: array<PowerSums>;
 @group(0) @binding(6) var depth: texture_depth_2d;
 
-struct PowerSums {
-    arrived: vec3f,
-    spare: f32,
-    reflected: vec3f,
-    spare_too: f32,
-    unshot: vec3f,
-    spare_three: f32,
-}
-
 const PI: f32 = 3.14159265;
 
 // A shooter nearer than this many times the root of its area is integrated as a polygon.

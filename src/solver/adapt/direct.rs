@@ -6,7 +6,6 @@ use rayon::prelude::*;
 use super::{COARSEST_EDGE, Coarse, FINEST_EDGE, FINEST_SAMPLED_EDGE, Making, edge_length, smooth::SmoothValues};
 use crate::{
     scene::{Tessellation, mesh::interpolate, tessellate::Refinement},
-    solver::reconstruct::is_buried,
     trace::{SurfacePoint, surface::lift},
     transport::{VertexOrigins, direct::ShadowRays, visible_light::Scratch},
 };
@@ -113,7 +112,7 @@ impl<'a> DirectElements<'a> {
                     let (mut sum, mut used, mut rays) = (Vec3::ZERO, 0, ShadowRays::default());
                     for origin in starts.iter() {
                         let irradiance = context.irradiance_at(origin, scratch, &mut rays);
-                        if irradiance != Vec3::ZERO || !is_buried(tracer, origin) {
+                        if irradiance != Vec3::ZERO || !origin.is_buried(tracer) {
                             sum += irradiance;
                             used += 1;
                         }
@@ -160,7 +159,7 @@ impl<'a> DirectElements<'a> {
             let difference = (found - interpolate(values, place)).abs().max_element() / self.scale;
             difference * length > tolerance
                 && length > finest
-                && (found != Vec3::ZERO || !is_buried(self.making.tracer, &point))
+                && (found != Vec3::ZERO || !point.is_buried(self.making.tracer))
         })
     }
 
