@@ -132,7 +132,8 @@ impl App {
         if let Some(render_state) = &creation.wgpu_render_state {
             gpu::install(render_state);
         }
-        theme::install(&creation.egui_ctx);
+        let software_driver = creation.wgpu_render_state.as_ref().is_some_and(gpu::is_software);
+        theme::install(&creation.egui_ctx, software_driver);
         let layout = creation.storage.and_then(|storage| eframe::get_value(storage, LAYOUT_KEY)).unwrap_or_default();
         let mut notices = Notices::default();
         for warning in &opened.warnings {
@@ -156,7 +157,7 @@ impl App {
             lightmap: LightmapPanel::default(),
             shares: KnownShares::default(),
             fields: Default::default(),
-            software_driver: creation.wgpu_render_state.as_ref().is_some_and(gpu::is_software),
+            software_driver,
             solving: None,
             loader: Loader::new(creation.egui_ctx.clone()),
             undoer: Undoer::default(),
@@ -186,6 +187,11 @@ impl App {
     /// True while a solve runs and does not wait.
     fn is_working(&self) -> bool {
         self.solving.as_ref().is_some_and(|solving| !solving.is_paused())
+    }
+
+    /// True while drawing should be cheap: a software driver takes its time from the solver.
+    fn saves_time(&self) -> bool {
+        self.software_driver && self.is_working()
     }
 
     /// True while a file is read or written.
@@ -316,8 +322,6 @@ impl App {
         let results = other.or(self.results.as_ref()).or(self.other.as_ref());
         let elements = results.map_or(&self.document.elements, |results| &results.elements);
         let tone_map = self.document.edit.tone_map;
-        // A software driver takes its time from the solver.
-        let saves_time = self.software_driver && self.is_working();
         let ambient = if self.layout.ambient {
             AMBIENT
         } else if self.is_tracing() {
@@ -341,8 +345,8 @@ impl App {
             ambient: Vec3::splat(ambient * PI * tone_map.white / tone_map.exposure.exp2()),
             light: self.document.edit.light.map(|light| light.to_local(frame)),
             light_outline: None,
-            antialias: self.layout.antialias && !saves_time,
-            half_size: saves_time,
+            antialias: self.layout.antialias && !self.saves_time(),
+            half_size: self.saves_time(),
         }
     }
 
@@ -400,6 +404,7 @@ impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
         self.frame_times.begin(frame.info().cpu_usage, upload_time(frame), self.is_working());
         let context = ui.ctx().clone();
+        theme::set_soft_edges(&context, !self.saves_time());
         self.listen();
         self.trace_rays_of_vertex();
         let mut commands = self.go_on(&context);

@@ -13,6 +13,9 @@ use crate::{
 /// The uniforms' declaration in WGSL; every shader of a view begins with it.
 pub const FRAME_WGSL: &str = include_str!("frame.wgsl");
 
+/// Samples a pixel that a view can have: without and with smooth edges.
+pub(super) const SAMPLE_COUNTS: [u32; 2] = [1, 4];
+
 /// What colour a surface gets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shading {
@@ -96,7 +99,7 @@ impl ViewFrame {
 
     /// Samples a pixel.
     pub(super) fn samples(&self) -> u32 {
-        if self.antialias { 4 } else { 1 }
+        SAMPLE_COUNTS[usize::from(self.antialias)]
     }
 }
 

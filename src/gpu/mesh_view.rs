@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use glam::Vec3;
 
 use super::{
-    frame::{FRAME_WGSL, Shading, ViewFrame},
+    frame::{FRAME_WGSL, SAMPLE_COUNTS, Shading, ViewFrame},
     mesh_buffers::MeshBuffers,
     targets::Targets,
 };
@@ -200,12 +200,15 @@ impl MeshView {
         Self { module, layout, pipelines: BTreeMap::new() }
     }
 
-    /// Makes the pipelines that these materials need.
+    /// Makes the pipelines that these materials need, for any number of samples: else the first frame of a solve, which
+    /// takes another number, would wait for them.
     pub(super) fn prepare(&mut self, device: &wgpu::Device, variant: Variant, scene: &Scene, materials: &[Material]) {
         for material in materials {
-            let variant = variant.with_textures(scene, material);
-            if !self.pipelines.contains_key(&variant) {
-                self.pipelines.insert(variant, self.pipeline(device, variant));
+            for samples in SAMPLE_COUNTS {
+                let variant = Variant { samples, ..variant.with_textures(scene, material) };
+                if !self.pipelines.contains_key(&variant) {
+                    self.pipelines.insert(variant, self.pipeline(device, variant));
+                }
             }
         }
     }

@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::{
     ViewFrame, ViewGeometry,
     blit::{Blit, BlitInputs},
-    frame::FrameUniforms,
+    frame::{FrameUniforms, SAMPLE_COUNTS},
     light_view::LightView,
     mesh_buffers::MeshBuffers,
     mesh_view::{Layouts, MaterialUniforms, MeshInputs, MeshView, Variant},
@@ -28,7 +28,7 @@ pub struct Viewer {
     layouts: Layouts,
     blit: Blit,
     mesh_pass: MeshView,
-    /// By number of samples; made when they are first needed.
+    /// By number of samples; made for the first view.
     passes: BTreeMap<u32, Passes>,
     meshes: Vec<(Weak<ViewGeometry>, Arc<MeshBuffers>)>,
     views: BTreeMap<u64, ViewState>,
@@ -118,10 +118,12 @@ impl Viewer {
         let frame = &ViewFrame { size: drawable_size(device, frame.picture_size()), ..frame.clone() };
         let samples = frame.samples();
         let mesh = self.mesh(device, queue, &frame.geometry);
-        let passes = self.passes.entry(samples).or_insert_with(|| Passes {
-            wireframe: Wireframe::new(device, &self.layouts, samples),
-            light: LightView::new(device, &self.layouts, samples),
-        });
+        for samples in SAMPLE_COUNTS {
+            self.passes.entry(samples).or_insert_with(|| Passes {
+                wireframe: Wireframe::new(device, &self.layouts, samples),
+                light: LightView::new(device, &self.layouts, samples),
+            });
+        }
         let new_view = || ViewState::new(device, &self.layouts, &self.blit, frame.size, samples);
         let view = self.views.entry(frame.view).or_insert_with(new_view);
         if view.targets.size != frame.size || view.targets.samples != samples {
@@ -141,7 +143,9 @@ impl Viewer {
         }
         queue.write_buffer(&view.frame_buffer, 0, bytemuck::bytes_of(&drawn.uniforms));
         self.mesh_pass.prepare(device, drawn.variant, &frame.geometry.scene, &frame.materials);
-        view.record(encoder, &self.mesh_pass, passes, &drawn);
+        if let Some(passes) = self.passes.get(&samples) {
+            view.record(encoder, &self.mesh_pass, passes, &drawn);
+        }
         view.drawn = Some(drawn);
         true
     }
