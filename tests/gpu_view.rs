@@ -253,6 +253,34 @@ fn a_view_is_drawn_again_only_if_something_changed_and_views_keep_apart() {
 }
 
 #[test]
+fn a_large_mesh_is_shown_coarse_at_once_and_ends_up_as_if_it_were_drawn_whole() {
+    let Some(mut stage) = Stage::new() else { return };
+    let subjects = Subjects::cornell(7);
+    for (antialias, wireframe) in [(false, true), (true, false)] {
+        let frame = ViewFrame { antialias, wireframe, ..subjects.frame([96, 96], Shading::Radiosity) };
+        let whole = stage.picture(&frame);
+        // Another exposure in between, so that there is something to draw.
+        let mut other = frame.clone();
+        other.tone_map.exposure = 1.0;
+        stage.draw(&other);
+        let gradual = ViewFrame { gradual: true, ..frame };
+        let coarse = stage.picture(&gradual);
+        assert!(stage.viewer.is_refining() && coarse != whole);
+        let difference: u64 = coarse.as_raw().iter().zip(whole.as_raw()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+        let mean = difference as f64 / coarse.as_raw().len() as f64;
+        assert!(mean < if wireframe { 40.0 } else { 4.0 }, "the coarse picture is {mean} of 255 levels off");
+        let mut frames = 0;
+        while stage.viewer.is_refining() {
+            assert!(stage.draw(&gradual));
+            frames += 1;
+        }
+        assert!((5..30).contains(&frames), "{frames} frames");
+        assert!(stage.picture(&gradual) == whole, "antialias {antialias}, wireframe {wireframe}");
+        assert!(!stage.draw(&gradual), "nothing is left to draw");
+    }
+}
+
+#[test]
 fn fields_that_do_not_fit_and_sizes_of_nothing_are_no_reason_to_fail() {
     let Some(mut stage) = Stage::new() else { return };
     let subjects = Subjects::cornell(1);

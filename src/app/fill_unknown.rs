@@ -2,17 +2,28 @@
 
 use glam::Vec3;
 
+use crate::gpu::coarse::Coarse;
+
 /// Rounds of passing values on: so many elements a value reaches at most.
 const ROUNDS: usize = 12;
-/// Larger meshes are shown as they are: passing values on would take longer than the solver can spare.
-const MOST_TRIANGLES: usize = 400_000;
+
+/// Fills a field in over the triangles of a mesh, or, of a large one, over its coarse triangles; there each vertex
+/// without a value takes that of the vertex that stands for it.
+pub(super) fn fill_unknown(field: &mut [Vec3], known: Vec<bool>, triangles: &[[u32; 3]], coarse: Option<&Coarse>) {
+    let Some(coarse) = coarse else {
+        pass_on(field, known, triangles);
+        return;
+    };
+    let unknown: Vec<usize> = (0..field.len()).filter(|&vertex| !known[vertex]).collect();
+    pass_on(field, known, &coarse.indices);
+    for vertex in unknown {
+        field[vertex] = field[coarse.representatives[vertex] as usize];
+    }
+}
 
 /// Gives each vertex that has no value yet the mean of its neighbours' values, those nearest to known ones first, so
 /// that a picture which is half done is whole, if blurred, and not spotted. For the screen alone.
-pub(super) fn fill_unknown(field: &mut [Vec3], mut known: Vec<bool>, triangles: &[[u32; 3]]) {
-    if triangles.len() > MOST_TRIANGLES {
-        return;
-    }
+fn pass_on(field: &mut [Vec3], mut known: Vec<bool>, triangles: &[[u32; 3]]) {
     let mut open: Vec<[usize; 3]> = triangles.iter().map(|corners| corners.map(|corner| corner as usize)).collect();
     let mut sums = vec![(Vec3::ZERO, 0.0_f32); field.len()];
     for _ in 0..ROUNDS {
@@ -51,7 +62,7 @@ mod tests {
         let triangles: Vec<[u32; 3]> = (0..4).map(|first| [first, first + 1, first + 2]).collect();
         let mut field = vec![Vec3::ZERO; 6];
         (field[0], field[5]) = (Vec3::ONE, Vec3::splat(3.0));
-        fill_unknown(&mut field, vec![true, false, false, false, false, true], &triangles);
+        fill_unknown(&mut field, vec![true, false, false, false, false, true], &triangles, None);
         assert_eq!((field[0], field[5]), (Vec3::ONE, Vec3::splat(3.0)));
         assert_eq!((field[1], field[2]), (Vec3::ONE, Vec3::ONE));
         assert_eq!((field[3], field[4]), (Vec3::splat(3.0), Vec3::splat(3.0)));
@@ -60,7 +71,7 @@ mod tests {
     #[test]
     fn a_field_of_which_nothing_is_known_stays_dark() {
         let mut field = vec![Vec3::ZERO; 3];
-        fill_unknown(&mut field, vec![false; 3], &[[0, 1, 2]]);
+        fill_unknown(&mut field, vec![false; 3], &[[0, 1, 2]], None);
         assert_eq!(field, [Vec3::ZERO; 3]);
     }
 }

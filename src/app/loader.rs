@@ -111,7 +111,7 @@ pub fn compare_with_truth(path: &Path, elements: &Elements, solution: &Solution)
     let known = sums.iter().map(|(_, count)| *count > 0.0).collect();
     let mean = |(sum, count): &(f64, f64)| Vec3::splat((sum / count.max(1.0)) as f32);
     let mut field: Vec<Vec3> = sums.iter().map(mean).collect();
-    fill_unknown(&mut field, known, &tessellation.mesh.triangles);
+    fill_unknown(&mut field, known, &tessellation.mesh.triangles, None);
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     Ok(TruthView { name, comparison, field: Arc::new(field) })
 }

@@ -347,6 +347,7 @@ impl App {
             light_outline: None,
             antialias: self.layout.antialias && !self.saves_time(),
             half_size: self.saves_time(),
+            gradual: self.software_driver,
         }
     }
 
@@ -389,21 +390,25 @@ impl App {
     }
 }
 
-/// What the views took of the frame before, to upload and record.
-fn upload_time(frame: &eframe::Frame) -> std::time::Duration {
+/// What the views took of the frame before to upload and record, and whether they get finer with the next.
+fn views_of_last_frame(frame: &eframe::Frame) -> (std::time::Duration, bool) {
     let Some(render_state) = frame.wgpu_render_state() else { return Default::default() };
     render_state
         .renderer
         .write()
         .callback_resources
         .get_mut::<gpu::Viewer>()
-        .map_or_else(Default::default, gpu::Viewer::take_busy_time)
+        .map_or_else(Default::default, |viewer| (viewer.take_busy_time(), viewer.is_refining()))
 }
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
-        self.frame_times.begin(frame.info().cpu_usage, upload_time(frame), self.is_working());
+        let (upload, refining) = views_of_last_frame(frame);
+        self.frame_times.begin(frame.info().cpu_usage, upload, self.is_working());
         let context = ui.ctx().clone();
+        if refining && !self.is_working() {
+            context.request_repaint();
+        }
         theme::set_soft_edges(&context, !self.saves_time());
         self.listen();
         self.trace_rays_of_vertex();

@@ -14,7 +14,7 @@ use glam::Vec3;
 
 use super::fill_unknown::fill_unknown;
 use crate::{
-    gpu::ViewGeometry,
+    gpu::{ViewGeometry, coarse::Coarse},
     math::ratio_or_zero,
     scene::{LoadOptions, Material, Scene, Tessellation, area_light::AreaLightState},
     solver::adapt::Adapted,
@@ -280,22 +280,22 @@ impl Work {
         let is_cancelled = || self.shared.cancelled.load(Relaxed);
         let job = elements_for(&self.base, &self.made_with, &self.input, &is_cancelled).and_then(|elements| {
             let problem = elements.problem(&self.input);
-            let tessellation = Arc::clone(&elements.tessellation);
+            let (tessellation, geometry) = (Arc::clone(&elements.tessellation), Arc::clone(&elements.geometry));
             self.send(SolveEvent::Started(elements));
             if let Some(remark) = problem.remark() {
                 self.send(SolveEvent::Remark(remark));
             }
             let job =
                 Job::start(problem, 0).map_err(|error| format!("the solver's threads could not be started: {error}"));
-            Ok((job?, tessellation))
+            Ok((job?, tessellation, geometry))
         });
         match job {
-            Ok((job, tessellation)) => self.watch(job, &tessellation, wake),
+            Ok((job, tessellation, geometry)) => self.watch(job, &tessellation, &geometry, wake),
             Err(problem) => self.send(SolveEvent::Failed(problem)),
         }
     }
 
-    fn watch(&self, job: Job, tessellation: &Tessellation, wake: &impl Fn()) {
+    fn watch(&self, job: Job, tessellation: &Tessellation, geometry: &ViewGeometry, wake: &impl Fn()) {
         let started = self.started;
         let mut last_live = Instant::now();
         while !job.is_finished() {
@@ -304,7 +304,7 @@ impl Work {
                 self.forward(&job, tessellation, message, started);
             }
             if last_live.elapsed() >= Duration::from_millis(self.shared.live_interval.load(Relaxed)) {
-                self.show_live(&job, &tessellation.mesh.triangles);
+                self.show_live(&job, &tessellation.mesh.triangles, geometry.coarse.as_ref());
                 last_live = Instant::now();
                 wake();
             }
@@ -333,12 +333,12 @@ impl Work {
         }
     }
 
-    fn show_live(&self, job: &Job, triangles: &[[u32; 3]]) {
+    fn show_live(&self, job: &Job, triangles: &[[u32; 3]], coarse: Option<&Coarse>) {
         let known = job.monitor().known();
         let mut field = job.monitor().live_field();
         // A student sees each vertex come in.
         if self.input.settings.engine == Engine::Reference {
-            fill_unknown(&mut field, known, triangles);
+            fill_unknown(&mut field, known, triangles, coarse);
         }
         let field = Arc::new(field);
         *self.shared.live.lock().unwrap_or_else(PoisonError::into_inner) = Some(field);

@@ -89,6 +89,9 @@ pub struct ViewFrame {
     pub antialias: bool,
     /// A quarter of the pixels, magnified: for a software driver whose time somebody else needs.
     pub half_size: bool,
+    /// For a driver that draws on the processor: a large geometry is drawn coarse at once, and then in parts while
+    /// nothing changes, one a frame, until all of it takes the coarse picture's place.
+    pub gradual: bool,
 }
 
 impl ViewFrame {

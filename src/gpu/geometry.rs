@@ -5,6 +5,7 @@ use std::{ops::Range, sync::Arc};
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::coarse::{Coarse, coarse};
 use crate::scene::{Scene, Tessellation};
 
 /// No more elements than this can be drawn: their indices fill WebGPU's largest buffer, 256 MiB.
@@ -28,6 +29,8 @@ pub struct ViewGeometry {
     pub(super) field_len: usize,
     pub(super) indices: Vec<[u32; 3]>,
     pub(super) draws: Vec<MaterialDraw>,
+    /// What takes the place of many triangles for a moment.
+    pub coarse: Option<Coarse>,
     /// Both ends of each edge, each edge once.
     pub(super) edges: Vec<[u32; 2]>,
     typical_edge: f32,
@@ -67,10 +70,11 @@ impl ViewGeometry {
         let typical_edge = typical_edge(&mesh.positions, &edges);
         Ok(Self {
             scene: Arc::clone(scene),
-            positions,
             normals,
             texcoords: corners.texcoords,
             copies: corners.copies,
+            coarse: coarse(&positions, &indices, &draws, typical_edge),
+            positions,
             field_len: mesh.positions.len(),
             indices,
             draws,

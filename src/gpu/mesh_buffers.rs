@@ -11,11 +11,25 @@ pub struct MeshBuffers {
     pub(super) positions: wgpu::Buffer,
     pub(super) normals: wgpu::Buffer,
     pub(super) texcoords: wgpu::Buffer,
-    pub(super) indices: wgpu::Buffer,
+    pub(super) triangles: Triangles,
+    /// What takes the place of many triangles for a moment.
+    pub(super) coarse: Option<Triangles>,
     pub(super) edges: wgpu::Buffer,
-    pub(super) edge_index_count: u32,
-    pub(super) draws: Vec<MaterialDraw>,
+    pub(super) edge_count: u32,
     pub(super) textures: TextureGroups,
+}
+
+/// Triangles in the order of their materials.
+pub(super) struct Triangles {
+    pub(super) indices: wgpu::Buffer,
+    pub(super) draws: Vec<MaterialDraw>,
+}
+
+impl Triangles {
+    /// How many there are.
+    pub(super) fn count(&self) -> u32 {
+        self.draws.last().map_or(0, |draw| draw.triangles.end)
+    }
 }
 
 impl MeshBuffers {
@@ -31,14 +45,18 @@ impl MeshBuffers {
         };
         let vertex = wgpu::BufferUsages::VERTEX;
         let index = wgpu::BufferUsages::INDEX;
+        let triangles = |indices: &[[u32; 3]], draws: &[MaterialDraw]| Triangles {
+            indices: buffer("triangles", bytemuck::cast_slice(indices), index),
+            draws: draws.to_vec(),
+        };
         Self {
             positions: buffer("positions", bytemuck::cast_slice(&geometry.positions), vertex),
             normals: buffer("normals", bytemuck::cast_slice(&geometry.normals), vertex),
             texcoords: buffer("texture coordinates", bytemuck::cast_slice(&geometry.texcoords), vertex),
-            indices: buffer("triangles", bytemuck::cast_slice(&geometry.indices), index),
+            triangles: triangles(&geometry.indices, &geometry.draws),
+            coarse: geometry.coarse.as_ref().map(|coarse| triangles(&coarse.indices, &coarse.draws)),
             edges: buffer("edges", bytemuck::cast_slice(&geometry.edges), index),
-            edge_index_count: 2 * geometry.edges.len() as u32,
-            draws: geometry.draws.clone(),
+            edge_count: geometry.edges.len() as u32,
             textures: TextureGroups::new(device, queue, texture_layout, &geometry.scene),
         }
     }

@@ -3,13 +3,13 @@
 //! Inputs: the frame's uniforms (group 0), a material's uniforms (group 1, one slice of a buffer for each material), its
 //! textures (group 2), and the streams position, normal, texture coordinates, irradiance and buried flag.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
 
 use glam::Vec3;
 
 use super::{
     frame::{FRAME_WGSL, SAMPLE_COUNTS, Shading, ViewFrame},
-    mesh_buffers::MeshBuffers,
+    mesh_buffers::{MeshBuffers, Triangles},
     targets::Targets,
 };
 use crate::{
@@ -248,15 +248,26 @@ impl MeshView {
         })
     }
 
-    /// Draws all elements, material by material; those that are invisible altogether are left out.
-    pub(super) fn record(&self, pass: &mut wgpu::RenderPass<'_>, mesh: &MeshBuffers, inputs: &MeshInputs<'_>) {
+    /// Draws a range of the triangles, material by material; those that are invisible altogether are left out.
+    pub(super) fn record(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        mesh: &MeshBuffers,
+        inputs: &MeshInputs<'_>,
+        (triangles, range): (&Triangles, Range<u32>),
+    ) {
         pass.set_bind_group(0, inputs.frame, &[]);
         let streams = [&mesh.positions, &mesh.normals, &mesh.texcoords, inputs.irradiance, inputs.buried];
         for (slot, stream) in (0..).zip(streams) {
             pass.set_vertex_buffer(slot, stream.slice(..));
         }
-        pass.set_index_buffer(mesh.indices.slice(..), wgpu::IndexFormat::Uint32);
-        for draw in &mesh.draws {
+        pass.set_index_buffer(triangles.indices.slice(..), wgpu::IndexFormat::Uint32);
+        for draw in &triangles.draws {
+            let start = draw.triangles.start.max(range.start);
+            let end = draw.triangles.end.min(range.end);
+            if start >= end {
+                continue;
+            }
             let material = inputs.materials.get(draw.material as usize).filter(|material| material.opacity >= 0.5);
             let Some(material) = material else { continue };
             let variant = inputs.variant.with_textures(inputs.scene, material);
@@ -264,7 +275,7 @@ impl MeshView {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(1, inputs.material_group, &[draw.material * inputs.material_stride]);
             pass.set_bind_group(2, mesh.textures.of_material(draw.material), &[]);
-            pass.draw_indexed(3 * draw.triangles.start..3 * draw.triangles.end, 0, 0..1);
+            pass.draw_indexed(3 * start..3 * end, 0, 0..1);
         }
     }
 }

@@ -10,6 +10,7 @@
 pub mod blit;
 #[cfg(feature = "app")]
 pub mod callback;
+pub mod coarse;
 pub mod device;
 pub mod false_color;
 pub mod frame;
@@ -18,6 +19,7 @@ pub mod light_view;
 pub mod lightmap;
 pub mod mesh_buffers;
 pub mod mesh_view;
+mod part;
 pub mod projection;
 mod targets;
 mod textures;

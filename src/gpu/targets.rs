@@ -1,5 +1,7 @@
 //! The textures that a view is drawn into.
 
+use super::part::Part;
+
 /// Colour and depth of one view.
 pub(super) struct Targets {
     pub(super) size: [u32; 2],
@@ -47,24 +49,31 @@ impl Targets {
         }
     }
 
-    /// Begins a pass over a cleared picture.
-    pub(super) fn begin<'encoder>(&self, encoder: &'encoder mut wgpu::CommandEncoder) -> wgpu::RenderPass<'encoder> {
+    /// Begins a pass for a part of a picture: the first clears it, the last finishes it.
+    pub(super) fn begin<'encoder>(
+        &self,
+        encoder: &'encoder mut wgpu::CommandEncoder,
+        part: &Part,
+    ) -> wgpu::RenderPass<'encoder> {
+        let between = if part.is_last { wgpu::StoreOp::Discard } else { wgpu::StoreOp::Store };
         let (view, resolve_target, store) = match &self.multisampled {
-            Some(samples) => (samples, Some(&self.picture_view), wgpu::StoreOp::Discard),
+            Some(samples) => (samples, part.is_last.then_some(&self.picture_view), between),
             None => (&self.picture_view, None, wgpu::StoreOp::Store),
         };
+        let color_load = if part.is_first { wgpu::LoadOp::Clear(Self::BACKGROUND) } else { wgpu::LoadOp::Load };
+        // Reversed depth: 0 is infinitely far.
+        let depth_load = if part.is_first { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("view"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view,
                 depth_slice: None,
                 resolve_target,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(Self::BACKGROUND), store },
+                ops: wgpu::Operations { load: color_load, store },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,
-                // Reversed depth: 0 is infinitely far.
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                depth_ops: Some(wgpu::Operations { load: depth_load, store: between }),
                 stencil_ops: None,
             }),
             timestamp_writes: None,

@@ -13,8 +13,9 @@ use super::{
     blit::{Blit, BlitInputs},
     frame::{FrameUniforms, SAMPLE_COUNTS},
     light_view::LightView,
-    mesh_buffers::MeshBuffers,
+    mesh_buffers::{MeshBuffers, Triangles},
     mesh_view::{Layouts, MaterialUniforms, MeshInputs, MeshView, Variant},
+    part::Part,
     targets::Targets,
     wireframe::Wireframe,
 };
@@ -40,12 +41,28 @@ struct Passes {
     light: LightView,
 }
 
+/// A picture, and what it is shown by.
+struct Picture {
+    targets: Targets,
+    blit: BlitInputs,
+}
+
+impl Picture {
+    fn new(device: &wgpu::Device, blit: &Blit, size: [u32; 2], samples: u32) -> Self {
+        let targets = Targets::new(device, size, samples);
+        Self { blit: blit.inputs(device, &targets.picture_view), targets }
+    }
+}
+
 /// What a view keeps between frames.
 struct ViewState {
     frame_buffer: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
-    targets: Targets,
-    shown: BlitInputs,
+    shown: Picture,
+    /// The number of the next part that is drawn, if `shown` is coarse.
+    next_part: Option<u32>,
+    /// What the parts are drawn into, until it takes the place of `shown`.
+    refined: Option<Picture>,
     /// None before the first frame.
     contents: Option<Contents>,
     drawn: Option<Drawn>,
@@ -126,9 +143,8 @@ impl Viewer {
         }
         let new_view = || ViewState::new(device, &self.layouts, &self.blit, frame.size, samples);
         let view = self.views.entry(frame.view).or_insert_with(new_view);
-        if view.targets.size != frame.size || view.targets.samples != samples {
-            view.targets = Targets::new(device, frame.size, samples);
-            view.shown = self.blit.inputs(device, &view.targets.picture_view);
+        if view.shown.targets.size != frame.size || view.shown.targets.samples != samples {
+            view.shown = Picture::new(device, &self.blit, frame.size, samples);
         }
         let uploaded = view.upload_contents(device, queue, &self.layouts, mesh, frame);
         let drawn = Drawn {
@@ -138,35 +154,48 @@ impl Viewer {
             wireframe: frame.wireframe,
             light: frame.light.is_some(),
         };
+        let Some(passes) = self.passes.get(&samples) else { return false };
         if !uploaded && view.drawn.as_ref() == Some(&drawn) {
-            return false;
+            let Some(number) = view.next_part else { return false };
+            let picture = view.refined.take().filter(|_| number > 0);
+            let picture = picture.unwrap_or_else(|| Picture::new(device, &self.blit, frame.size, samples));
+            view.refine(encoder, &self.mesh_pass, passes, picture, number);
+            return true;
         }
         queue.write_buffer(&view.frame_buffer, 0, bytemuck::bytes_of(&drawn.uniforms));
         self.mesh_pass.prepare(device, drawn.variant, &frame.geometry.scene, &frame.materials);
-        if let Some(passes) = self.passes.get(&samples) {
-            view.record(encoder, &self.mesh_pass, passes, &drawn);
-        }
         view.drawn = Some(drawn);
+        view.next_part = (frame.gradual && frame.geometry.coarse.is_some()).then_some(0);
+        if view.next_part.is_some() {
+            view.record_coarse(encoder, &self.mesh_pass, passes);
+        } else {
+            view.record_whole(encoder, &self.mesh_pass, passes);
+        }
         true
+    }
+
+    /// True if a view is shown coarse and gets finer with each frame.
+    pub fn is_refining(&self) -> bool {
+        self.views.values().any(|view| view.next_part.is_some())
     }
 
     /// Moves a view's top left corner to this pixel of the window, and gives it this size there, in pixels.
     pub fn place(&self, queue: &wgpu::Queue, view: u64, origin: [i32; 2], size: [u32; 2]) {
         if let Some(view) = self.views.get(&view) {
-            view.shown.place(queue, origin, size);
+            view.shown.blit.place(queue, origin, size);
         }
     }
 
     /// Copies a view's picture into a pass over the window; nothing if the view was not drawn.
     pub fn show(&self, pass: &mut wgpu::RenderPass<'_>, view: u64) {
         if let Some(view) = self.views.get(&view) {
-            self.blit.record(pass, &view.shown);
+            self.blit.record(pass, &view.shown.blit);
         }
     }
 
     /// A view's picture: sRGB-coded `Rgba8Unorm`, which can be copied from.
     pub fn picture(&self, view: u64) -> Option<&wgpu::Texture> {
-        self.views.get(&view).map(|view| &view.targets.picture)
+        self.views.get(&view).map(|view| &view.shown.targets.picture)
     }
 
     /// Frees all that a view holds.
@@ -200,9 +229,8 @@ impl ViewState {
             layout: &layouts.frame,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame_buffer.as_entire_binding() }],
         });
-        let targets = Targets::new(device, size, samples);
-        let shown = blit.inputs(device, &targets.picture_view);
-        Self { frame_buffer, frame_group, targets, shown, contents: None, drawn: None }
+        let shown = Picture::new(device, blit, size, samples);
+        Self { frame_buffer, frame_group, shown, next_part: None, refined: None, contents: None, drawn: None }
     }
 
     /// Uploads what differs from the last frame's geometry, field, buried vertices and materials; true if any did.
@@ -228,9 +256,48 @@ impl ViewState {
         is_new || uploads.contains(&true)
     }
 
-    fn record(&self, encoder: &mut wgpu::CommandEncoder, mesh_pass: &MeshView, passes: &Passes, drawn: &Drawn) {
-        let Some(contents) = &self.contents else { return };
-        let mut pass = self.targets.begin(encoder);
+    fn record_whole(&self, encoder: &mut wgpu::CommandEncoder, mesh_pass: &MeshView, passes: &Passes) {
+        let Some(Contents { mesh, .. }) = &self.contents else { return };
+        let part = Part::whole(mesh.triangles.count(), mesh.edge_count);
+        self.record(encoder, mesh_pass, passes, (&self.shown.targets, &mesh.triangles, &part));
+    }
+
+    fn record_coarse(&self, encoder: &mut wgpu::CommandEncoder, mesh_pass: &MeshView, passes: &Passes) {
+        let Some(Contents { mesh, .. }) = &self.contents else { return };
+        let Some(triangles) = &mesh.coarse else { return };
+        let part = Part::whole(triangles.count(), 0);
+        self.record(encoder, mesh_pass, passes, (&self.shown.targets, triangles, &part));
+    }
+
+    /// Draws a part of the fine picture.
+    fn refine(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        mesh_pass: &MeshView,
+        passes: &Passes,
+        picture: Picture,
+        number: u32,
+    ) {
+        let (Some(Contents { mesh, .. }), Some(drawn)) = (&self.contents, &self.drawn) else { return };
+        let edges = if drawn.wireframe { mesh.edge_count } else { 0 };
+        let part = Part::numbered(number, mesh.triangles.count(), edges);
+        self.record(encoder, mesh_pass, passes, (&picture.targets, &mesh.triangles, &part));
+        if part.is_last {
+            (self.shown, self.refined, self.next_part) = (picture, None, None);
+        } else {
+            (self.refined, self.next_part) = (Some(picture), Some(number + 1));
+        }
+    }
+
+    fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        mesh_pass: &MeshView,
+        passes: &Passes,
+        (targets, triangles, part): (&Targets, &Triangles, &Part),
+    ) {
+        let (Some(contents), Some(drawn)) = (&self.contents, &self.drawn) else { return };
+        let mut pass = targets.begin(encoder, part);
         let inputs = MeshInputs {
             scene: &contents.geometry.scene,
             variant: drawn.variant,
@@ -241,11 +308,11 @@ impl ViewState {
             material_group: &contents.material_group,
             material_stride: MATERIAL_STRIDE as u32,
         };
-        mesh_pass.record(&mut pass, &contents.mesh, &inputs);
-        if drawn.wireframe {
-            passes.wireframe.record(&mut pass, &self.frame_group, &contents.mesh);
+        mesh_pass.record(&mut pass, &contents.mesh, &inputs, (triangles, part.triangles.clone()));
+        if drawn.wireframe && !part.edges.is_empty() {
+            passes.wireframe.record(&mut pass, &self.frame_group, &contents.mesh, part.edges.clone());
         }
-        if drawn.light {
+        if drawn.light && part.is_last {
             passes.light.record(&mut pass, &self.frame_group);
         }
     }

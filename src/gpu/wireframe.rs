@@ -1,6 +1,8 @@
 //! The pass that draws the elements' edges over them: lines a pixel wide, hidden where the surface is hidden, and
 //! fainter where the elements are only a few pixels large.
 
+use std::ops::Range;
+
 use super::{frame::FRAME_WGSL, mesh_buffers::MeshBuffers, mesh_view::Layouts, targets::Targets};
 
 /// The shader.
@@ -61,13 +63,19 @@ impl Wireframe {
         Self { pipeline }
     }
 
-    /// Draws all edges.
-    pub(super) fn record(&self, pass: &mut wgpu::RenderPass<'_>, frame: &wgpu::BindGroup, mesh: &MeshBuffers) {
+    /// Draws a range of the edges.
+    pub(super) fn record(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        frame: &wgpu::BindGroup,
+        mesh: &MeshBuffers,
+        edges: Range<u32>,
+    ) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, frame, &[]);
         pass.set_vertex_buffer(0, mesh.positions.slice(..));
         pass.set_vertex_buffer(1, mesh.normals.slice(..));
         pass.set_index_buffer(mesh.edges.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..mesh.edge_index_count, 0, 0..1);
+        pass.draw_indexed(2 * edges.start..2 * edges.end, 0, 0..1);
     }
 }

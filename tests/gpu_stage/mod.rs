@@ -95,6 +95,7 @@ impl Subjects {
             light_outline: None,
             antialias: false,
             half_size: false,
+            gradual: false,
         }
     }
 
