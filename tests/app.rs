@@ -13,6 +13,7 @@ use image::RgbaImage;
 use radiosity::app::{
     App,
     command::Command,
+    panes::Pane,
     view_settings::{Shown, Source},
 };
 
@@ -184,11 +185,56 @@ fn a_click_tells_about_the_surface_and_every_panel_opens() {
     window.run_steps(3);
     assert!(window.state().picked.is_some());
     window.get_by_label("Its vertices");
-    for section in ["Solver", "View", "Light", "Scene", "Solution", "Log"] {
-        window.get_by_label(section).click();
-        window.run_steps(12);
+    let panels = [
+        ("Solver", "Subdivide"),
+        ("Assignment", "Test all tasks"),
+        ("Lightmap", "Solve lightmap"),
+        ("View", "Exposure"),
+        ("Light", "Centre"),
+        ("Scene", "Materials"),
+        ("Solution", "Keep to compare"),
+        ("Log", "cornell: computed flat normals"),
+    ];
+    for (panel, held) in panels {
+        window.get_by_label(panel).click();
+        window.run_steps(3);
+        assert!(window.query_all_by_label_contains(held).next().is_some(), "{panel} shows no {held:?}");
     }
     assert!(errors(window.state()).is_empty());
+}
+
+#[test]
+fn panels_are_hidden_brought_back_and_dragged_to_other_places() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    window.state_mut().layout.hidden.push(Pane::Light);
+    window.run_steps(3);
+    assert!(window.query_by_label("Light").is_none(), "a hidden panel has no tab");
+    window.get_by_label("Panels").click();
+    window.run_steps(3);
+    window.get_by_label("Light").click();
+    window.run_steps(3);
+    press(&mut window, Key::Escape);
+    assert!(window.state().layout.hidden.is_empty());
+    assert!(window.query_all_by_label_contains("Centre").next().is_some(), "it comes back in front");
+
+    // Its tab, dragged to the right edge of the views.
+    let before = window.state().view_area;
+    let tab = window.get_by_label("Light").rect().center();
+    let aim = before.right_center() - egui::vec2(10.0, 0.0);
+    window.drag_at(tab);
+    window.run_steps(2);
+    for part in 1..=4 {
+        window.hover_at(tab + 0.25 * part as f32 * (aim - tab));
+        window.run_steps(2);
+    }
+    window.drop_at(aim);
+    window.run_steps(4);
+    assert!(window.state().view_area.right() < before.right() - 50.0, "it takes its place from the views");
+    assert!(window.get_by_label("Light").rect().left() > window.state().view_area.right());
+    window.state_mut().layout.reset_panes();
+    window.run_steps(3);
+    assert_eq!(window.state().view_area, before);
 }
 
 #[test]
@@ -263,9 +309,7 @@ fn the_second_view_shows_a_kept_solution_and_the_difference() {
     window.state_mut().layout.views[1].source = Source::Difference;
     window.run_steps(3);
     assert_ne!(window.render().unwrap(), other);
-    for section in ["Solver", "View", "Solution"] {
-        window.get_by_label(section).click();
-        window.run_steps(12);
-    }
+    window.get_by_label("Solution").click();
+    window.run_steps(3);
     window.get_by_label_contains("From the other solution");
 }

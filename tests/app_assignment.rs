@@ -19,7 +19,7 @@ fn a_button_a_task_tests_it_and_shows_what_the_function_does() {
     let Some(mut window) = window(folder.path()) else { return };
     window.get_by_label("Assignment").click();
     window.run_steps(4);
-    window.get_by_label("Test disk").click();
+    window.get_by_label("Test disk").click_accesskit();
     run_until(&mut window, "the tests of the disk", |app| !app.assignment.reports.is_empty());
     let assignment = &window.state().assignment;
     assert_eq!(assignment.reports.len(), 1);
@@ -28,7 +28,7 @@ fn a_button_a_task_tests_it_and_shows_what_the_function_does() {
     assert_eq!(*task, "disk");
     assert!(picture.points.len() > 1000 && picture.points.iter().all(|[x, y]| x * x + y * y <= 1.0 + 1e-6));
 
-    window.get_by_label("Test all tasks").click();
+    window.get_by_label("Test all tasks").click_accesskit();
     run_until(&mut window, "the tests of all tasks", |app| app.assignment.reports.len() == TASKS.len());
     assert!(window.state().assignment.reports.iter().all(|report| report.status == Status::Done));
     assert!(errors(window.state()).is_empty());

@@ -9,12 +9,19 @@ const ROUNDS: usize = 12;
 
 /// Fills a field in over the triangles of a mesh, or, of a large one, over its coarse triangles; there each vertex
 /// without a value takes that of the vertex that stands for it.
-pub(super) fn fill_unknown(field: &mut [Vec3], known: Vec<bool>, triangles: &[[u32; 3]], coarse: Option<&Coarse>) {
+pub(super) fn fill_unknown(field: &mut [Vec3], mut known: Vec<bool>, triangles: &[[u32; 3]], coarse: Option<&Coarse>) {
     let Some(coarse) = coarse else {
         pass_on(field, known, triangles);
         return;
     };
     let unknown: Vec<usize> = (0..field.len()).filter(|&vertex| !known[vertex]).collect();
+    // One value in a cell is enough.
+    for vertex in 0..field.len() {
+        let representative = coarse.representatives[vertex] as usize;
+        if known[vertex] && !known[representative] {
+            (field[representative], known[representative]) = (field[vertex], true);
+        }
+    }
     pass_on(field, known, &coarse.indices);
     for vertex in unknown {
         field[vertex] = field[coarse.representatives[vertex] as usize];
@@ -66,6 +73,16 @@ mod tests {
         assert_eq!((field[0], field[5]), (Vec3::ONE, Vec3::splat(3.0)));
         assert_eq!((field[1], field[2]), (Vec3::ONE, Vec3::ONE));
         assert_eq!((field[3], field[4]), (Vec3::splat(3.0), Vec3::splat(3.0)));
+    }
+
+    #[test]
+    fn in_a_large_mesh_one_value_is_enough_for_a_cell_and_cells_pass_theirs_on() {
+        // Three cells of two vertices each; the second vertex of the first cell alone is known.
+        let coarse = Coarse { indices: vec![[0, 2, 4]], representatives: vec![0, 0, 2, 2, 4, 4], draws: Vec::new() };
+        let mut field = vec![Vec3::ZERO; 6];
+        field[1] = Vec3::splat(2.0);
+        fill_unknown(&mut field, vec![false, true, false, false, false, false], &[], Some(&coarse));
+        assert_eq!(field, [Vec3::splat(2.0); 6]);
     }
 
     #[test]

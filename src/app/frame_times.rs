@@ -66,10 +66,10 @@ impl FrameTimes {
         self.mark = Some(Instant::now());
     }
 
-    /// The stage of this number in [`STAGES`] has ended.
+    /// The stage of this number in [`STAGES`], or a part of it, has ended.
     pub fn end_stage(&mut self, stage: usize) {
         if let Some(mark) = self.mark {
-            self.stages[stage] = 1e3 * mark.elapsed().as_secs_f32();
+            self.stages[stage] += 1e3 * mark.elapsed().as_secs_f32();
             self.mark = Some(Instant::now());
         }
     }

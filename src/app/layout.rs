@@ -1,14 +1,24 @@
-//! What the window remembers from one run to the next, besides what egui remembers of its own panels.
+//! What the window remembers from one run to the next.
 
 use serde::{Deserialize, Serialize};
 
-use super::view_settings::{Shown, ViewSettings};
+use super::{
+    panes::{self, Pane},
+    view_settings::{Shown, ViewSettings},
+};
 
 /// Which panels are open, and what the views show.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Layout {
-    /// The panels on the left.
+    /// Where everything stands.
+    pub tree: egui_tiles::Tree<Pane>,
+    /// Panels that the menu hides.
+    pub hidden: Vec<Pane>,
+    /// The panel whose tab is to be opened in the next frame.
+    #[serde(skip)]
+    pub to_front: Option<Pane>,
+    /// The panels, all that are not hidden.
     pub panels: bool,
     /// The plots.
     pub plots: bool,
@@ -34,6 +44,9 @@ impl Default for Layout {
     fn default() -> Self {
         let second = ViewSettings { shown: Shown::Indirect, ..ViewSettings::default() };
         Self {
+            tree: panes::first_tree(),
+            hidden: Vec::new(),
+            to_front: None,
             panels: true,
             plots: true,
             help: false,
@@ -44,5 +57,26 @@ impl Default for Layout {
             antialias: true,
             views: [ViewSettings::default(), second],
         }
+    }
+}
+
+impl Layout {
+    /// This layout, or, if parts of the window are missing in it, the first one.
+    pub fn checked(self) -> Self {
+        if panes::is_complete(&self.tree) { self } else { Self { tree: panes::first_tree(), ..self } }
+    }
+
+    /// True if a part of the window is to be seen.
+    pub fn shows(&self, pane: Pane) -> bool {
+        match pane {
+            Pane::Views => true,
+            Pane::Plots => self.plots,
+            panel => self.panels && !self.hidden.contains(&panel),
+        }
+    }
+
+    /// Everything where it stood at first.
+    pub fn reset_panes(&mut self) {
+        (self.tree, self.hidden, self.panels, self.plots) = (panes::first_tree(), Vec::new(), true, true);
     }
 }

@@ -27,6 +27,7 @@ mod panel_scene;
 pub mod panel_solution;
 pub mod panel_solve;
 mod panel_view;
+pub mod panes;
 pub mod picked;
 mod plots;
 pub mod results;
@@ -35,6 +36,7 @@ pub mod solving;
 mod status_bar;
 pub mod task_pictures;
 mod theme;
+mod tool_bar;
 pub mod vertex_rays;
 mod view;
 pub mod view_settings;
@@ -60,6 +62,7 @@ use notices::{Level, Notices};
 use panel_assignment::Assignment;
 use panel_lightmap::LightmapPanel;
 use panel_solve::SolveStatus;
+use panes::Pane;
 use picked::{KnownShares, Picked};
 use results::Results;
 use solving::{Elements, Solving};
@@ -74,8 +77,6 @@ const SECONDS_A_BOUNCE: f32 = 0.7;
 const AMBIENT: f32 = 0.4;
 /// The same while a solve has not yet lit all vertices, so that one sees where one is.
 const DIM_AMBIENT: f32 = 0.015;
-/// In less width than this, in points, plots are left out.
-const LEAST_PLOTS: f32 = 160.0;
 /// The key of the layout in what eframe keeps from run to run.
 const LAYOUT_KEY: &str = "layout";
 
@@ -134,7 +135,8 @@ impl App {
         }
         let software_driver = creation.wgpu_render_state.as_ref().is_some_and(gpu::is_software);
         theme::install(&creation.egui_ctx, software_driver);
-        let layout = creation.storage.and_then(|storage| eframe::get_value(storage, LAYOUT_KEY)).unwrap_or_default();
+        let layout: Option<Layout> = creation.storage.and_then(|storage| eframe::get_value(storage, LAYOUT_KEY));
+        let layout = layout.unwrap_or_default().checked();
         let mut notices = Notices::default();
         for warning in &opened.warnings {
             notices.say(Level::Warning, warning.as_str());
@@ -204,8 +206,7 @@ impl App {
         self.results.as_ref().map_or(&self.document.elements, |results| &results.elements)
     }
 
-    fn panels_ui(&mut self, ui: &mut Ui) -> Vec<Command> {
-        let mut commands: Vec<Option<Command>> = Vec::new();
+    fn bars_ui(&mut self, ui: &mut Ui) -> Option<Command> {
         let status = self.status();
         let bar = status_bar::Status {
             solve: status,
@@ -215,62 +216,8 @@ impl App {
             frames: self.frame_times.summary(),
         };
         Panel::bottom("status").show(ui, |ui| status_bar::ui(ui, &bar));
-        if self.layout.panels {
-            let panel = Panel::left("panels").default_size(330.0).size_range(260.0..=600.0);
-            panel.show(ui, |ui| {
-                commands.push(panel_solve::buttons_ui(ui, status));
-                ui.separator();
-                egui::ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                    commands.extend(self.sections_ui(ui));
-                });
-            });
-        }
-        if self.layout.plots && ui.available_width() > LEAST_PLOTS {
-            let panel = Panel::bottom("plots").resizable(true).default_size(150.0).size_range(90.0..=500.0);
-            let shown = panel.show(ui, |ui| plots::ui(ui, self.results.as_ref()));
-            self.plots_area = shown.response.rect;
-            commands.push(shown.inner.then_some(Command::Ask(file_dialog::Purpose::SavePlots)));
-        }
-        commands.into_iter().flatten().collect()
-    }
-
-    fn sections_ui(&mut self, ui: &mut Ui) -> Vec<Option<Command>> {
-        let mut commands = Vec::new();
-        let mut section =
-            |ui: &mut Ui, name: &str, open: bool, contents: &mut dyn FnMut(&mut Ui) -> Option<Command>| {
-                let header = egui::CollapsingHeader::new(egui::RichText::new(name).strong()).default_open(open);
-                header.show(ui, |ui| commands.push(contents(ui)));
-            };
-        let Self { document, layout, results, other, notices, picked, assignment, shares, lightmap, .. } = self;
-        let elements = results.as_ref().map_or(&document.elements, |results| &results.elements).clone();
-        let shares = shares.find(*picked, results.as_ref());
-        if picked.is_some() {
-            section(ui, "Point", true, &mut |ui| {
-                *picked = picked.filter(|picked| picked.ui(ui, &elements, results.as_ref(), &shares));
-                None
-            });
-        }
-        section(ui, "Solver", true, &mut |ui| {
-            panel_solve::ui(ui, &mut document.edit.settings);
-            None
-        });
-        section(ui, "Assignment", false, &mut |ui| {
-            panel_assignment::ui(ui, assignment, &mut document.edit.settings.engine, picked.is_some())
-        });
-        section(ui, "View", true, &mut |ui| {
-            let bounces = results.as_ref().map_or(0, |results| results.bounces.len());
-            let available = panel_view::Available { bounces, other: other.is_some() };
-            panel_view::ui(ui, layout, &mut document.edit.tone_map, available)
-        });
-        section(ui, "Lightmap (graphics card)", false, &mut |ui| lightmap.ui(ui));
-        section(ui, "Light", false, &mut |ui| panel_light::ui(ui, document));
-        section(ui, "Scene", false, &mut |ui| panel_scene::ui(ui, document));
-        section(ui, "Solution", false, &mut |ui| panel_solution::ui(ui, results.as_ref(), other.as_ref()));
-        section(ui, "Log", false, &mut |ui| {
-            panel_solution::log_ui(ui, notices);
-            None
-        });
-        commands
+        let bar = Panel::top("buttons").show(ui, |ui| tool_bar::ui(ui, status, &mut self.layout));
+        bar.inner
     }
 
     fn view_ui(&mut self, ui: &mut Ui) {
@@ -312,6 +259,7 @@ impl App {
         if let Some((point, aspect)) = gestures.click {
             let camera = self.camera.state().to_local(&self.elements().scene.frame);
             self.picked = Picked::new(self.elements(), &camera, point, aspect);
+            self.layout.to_front = self.picked.map(|_| Pane::Point);
         }
     }
 
@@ -414,13 +362,10 @@ impl eframe::App for App {
         self.trace_rays_of_vertex();
         let mut commands = self.go_on(&context);
         self.frame_times.end_stage(0);
-        commands.extend(self.panels_ui(ui));
+        commands.extend(self.bars_ui(ui));
+        let central = egui::CentralPanel::default().frame(egui::Frame::NONE);
+        commands.extend(central.show(ui, |ui| panes::ui(self, ui)).inner);
         self.frame_times.end_stage(1);
-        egui::CentralPanel::default().frame(egui::Frame::NONE).show(ui, |ui| {
-            self.view_area = ui.available_rect_before_wrap();
-            self.view_ui(ui);
-        });
-        self.frame_times.end_stage(2);
         self.notices.ui(&context, self.view_area.center_top() + egui::vec2(0.0, 8.0));
         self.layout.help &= !self.layout.help || help::ui(&context);
         self.layout.frame_times &= !self.layout.frame_times || frame_times::ui(&context, &self.frame_times.summary());

@@ -129,12 +129,10 @@ fn compare_ui(ui: &mut Ui, results: &Results, other: &Results) {
 
 /// Draws the log.
 pub fn log_ui(ui: &mut Ui, notices: &Notices) {
-    egui::ScrollArea::vertical().max_height(160.0).stick_to_bottom(true).id_salt("log").show(ui, |ui| {
-        if notices.lines.is_empty() {
-            ui.weak("Nothing to report.");
-        }
-        for line in &notices.lines {
-            ui.label(RichText::new(&line.text).color(line.level.colour()).small());
-        }
-    });
+    if notices.lines.is_empty() {
+        ui.weak("Nothing to report.");
+    }
+    for line in notices.lines.iter().rev() {
+        ui.label(RichText::new(&line.text).color(line.level.colour()).small());
+    }
 }

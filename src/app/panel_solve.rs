@@ -3,10 +3,7 @@
 use clap::Args as _;
 use egui::{DragValue, Slider, Ui};
 
-use super::{
-    command::Command,
-    controls::{optional_row, row, rows},
-};
+use super::controls::{optional_row, row, rows};
 use crate::solver::SolveSettings;
 
 /// What the panel has to know of the solve.
@@ -25,35 +22,6 @@ pub fn setting_help(field: &str) -> String {
     let command = SolveSettings::augment_args(clap::Command::new("settings"));
     let argument = command.get_arguments().find(|argument| argument.get_id() == field);
     argument.and_then(clap::Arg::get_help).map(ToString::to_string).unwrap_or_default()
-}
-
-/// The large buttons.
-pub fn buttons_ui(ui: &mut Ui, status: SolveStatus) -> Option<Command> {
-    let mut command = None;
-    ui.horizontal(|ui| {
-        let solve = egui::Button::new(if status.running { "Restart" } else { "Solve" });
-        let solve = ui.add(solve.min_size([90.0, 28.0].into()));
-        if solve.on_hover_text("ENTER: solve with what is set now").clicked() {
-            command = Some(Command::Solve);
-        }
-        let stop = ui.add_enabled(status.running, egui::Button::new("Stop").min_size([56.0, 28.0].into()));
-        if stop.on_hover_text("ESC: stop and keep the result").clicked() {
-            command = Some(Command::Cancel);
-        }
-        let text = if status.paused { "Go on" } else { "Pause" };
-        let pause = ui.add_enabled(status.running, egui::Button::new(text).min_size([64.0, 28.0].into()));
-        if pause.on_hover_text("P: let the solve wait, or go on").clicked() {
-            command = Some(Command::PauseOrResume);
-        }
-        let step = ui.add(egui::Button::new("Step").min_size([56.0, 28.0].into()));
-        if step.on_hover_text("N: one bounce more, then wait").clicked() {
-            command = Some(Command::Step);
-        }
-    });
-    if status.changed {
-        ui.colored_label(super::notices::Level::Warning.colour(), "Settings changed: ENTER to restart");
-    }
-    command
 }
 
 /// The controls.

@@ -19,7 +19,7 @@ pub struct Coarse {
     /// The vertex that each vertex becomes: the first in its cell, so none of the copies at the end.
     pub representatives: Vec<u32>,
     /// As [`super::ViewGeometry::draws`], in [`Coarse::indices`].
-    pub(super) draws: Vec<MaterialDraw>,
+    pub(crate) draws: Vec<MaterialDraw>,
 }
 
 /// The coarse form of triangles that are sorted by material; none for few triangles. Surfaces stay closed; what is

@@ -38,7 +38,7 @@ pub struct ViewGeometry {
 
 /// The triangles of one material.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct MaterialDraw {
+pub(crate) struct MaterialDraw {
     pub(super) material: u32,
     /// Range in [`ViewGeometry::indices`], in triangles.
     pub(super) triangles: Range<u32>,
