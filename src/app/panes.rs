@@ -203,6 +203,7 @@ fn panel_ui(app: &mut App, ui: &mut Ui, panel: Pane) -> Option<Command> {
 }
 
 #[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 mod tests {
     use super::*;
 
@@ -221,7 +222,7 @@ mod tests {
         lacks.remove_recursively(log);
         assert!(!is_complete(&lacks));
         let mut twice = first_tree();
-        twice.tiles.insert_pane(Pane::Log);
+        let _ = twice.tiles.insert_pane(Pane::Log);
         assert!(!is_complete(&twice));
     }
 }

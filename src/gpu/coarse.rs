@@ -55,6 +55,7 @@ fn representatives(positions: &[Vec3], cell: f32) -> Vec<u32> {
 }
 
 #[cfg(test)]
+#[expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 mod tests {
     use super::*;
 
