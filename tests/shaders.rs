@@ -6,8 +6,9 @@ use std::{mem::offset_of, path::Path};
 
 use radiosity::gpu::{
     frame::{FRAME_WGSL, FrameUniforms},
-    lightmap::patches::{
-        BatchSettings, ChartGroups, Face, Group, LedgerSums, PATCHES_WGSL, PowerSums, Receiver, Shooter,
+    lightmap::{
+        patches::{BatchSettings, ChartGroups, Face, Group, LedgerSums, PowerSums, Receiver, Shooter},
+        shaders::PATCHES_WGSL,
     },
     mesh_view::MaterialUniforms,
 };
@@ -81,7 +82,7 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     assert_eq!(
         patches("Settings"),
         rust_layout!(BatchSettings: receiver_count, group_count, slot_count, resolution, tiles_per_row, near, bias,
-            filtered)
+            filtered, first_slot, end_slot, first_receiver, end_receiver)
     );
     assert_eq!(
         patches("Receiver"),

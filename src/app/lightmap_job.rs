@@ -147,7 +147,7 @@ impl Work {
                 std::thread::sleep(Duration::from_millis(20));
                 continue;
             }
-            solver.step()?;
+            solver.submit()?;
             if shown.elapsed() >= SHOW_INTERVAL {
                 self.show(&solver, &atlas, &elements, &places)?;
                 shown = Instant::now();
@@ -157,7 +157,7 @@ impl Work {
         let ledger = solver.ledger();
         Ok(format!(
             "{} texels, {} shooters in {:.1} s, {:.2} % unabsorbed, balance {:+.2} %",
-            solver.counts()[0],
+            solver.size().texels,
             ledger.shooters,
             started.elapsed().as_secs_f64(),
             100.0 * ledger.unabsorbed(),

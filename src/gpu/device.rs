@@ -56,6 +56,7 @@ impl FoundDevice {
     pub fn open(&self) -> Result<(wgpu::Device, wgpu::Queue), String> {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("headless"),
+            required_features: self.adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: wgpu::Limits {
                 max_storage_buffer_binding_size: self.limits.max_storage_buffer_binding_size,
                 max_buffer_size: self.limits.max_buffer_size,

@@ -42,9 +42,12 @@ pub struct GpuSettings {
     /// The nearest pixel of a hemicube decides what is seen; otherwise the four around, weighted (percentage-closer filtering).
     #[arg(long)]
     pub no_filter: bool,
-    /// Shooters in one submission to the card; 0 chooses as many as take about a twentieth of a second.
+    /// Shooters that are chosen at once; 0 for one in sixteen groups, 32 at most.
     #[arg(long, value_name = "N", default_value_t = GpuSettings::default().batch)]
     pub batch: u32,
+    /// Most memory of the device that may be used, in MiB.
+    #[arg(long, value_name = "MIB", default_value_t = GpuSettings::default().device_memory)]
+    pub device_memory: u32,
 }
 
 impl Default for GpuSettings {
@@ -59,6 +62,7 @@ impl Default for GpuSettings {
             bias: 0.5,
             no_filter: false,
             batch: 0,
+            device_memory: 4096,
         }
     }
 }

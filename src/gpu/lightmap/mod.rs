@@ -10,7 +10,14 @@
 
 pub mod hemicube;
 pub mod item_buffer;
+mod ledger;
+pub mod pace;
 pub mod patches;
+mod readback;
+mod resources;
+pub mod shaders;
 pub mod solver;
+pub mod timing;
 
-pub use solver::{GpuLedger, GpuSolver};
+pub use ledger::GpuLedger;
+pub use solver::GpuSolver;

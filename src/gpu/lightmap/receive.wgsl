@@ -1,4 +1,4 @@
-// What a batch's shooters give to every texel (eq. 2 over pairs of patches). Group 0: settings, shooters, receivers,
+// What shooters give to texels (eq. 2 over pairs of patches). Group 0: settings, shooters, receivers,
 // irradiance, unshot radiosity, sums of power by workgroup, depth of the hemicubes.
 
 @group(0) @binding(0) var<uniform> settings: Settings;
@@ -147,23 +147,27 @@ fn receive(
     @builtin(workgroup_id) group: vec3u,
 ) {
     var mine: PowerSums;
-    if id.x < settings.receiver_count {
-        let receiver = receivers[id.x];
-        var added = vec3f(0.0);
-        for (var slot = 0u; slot < settings.slot_count; slot++) {
+    let index = settings.first_receiver + id.x;
+    if index < settings.end_receiver {
+        let receiver = receivers[index];
+        // One shooter after the other, so that it does not matter which of them come in one submission.
+        var total = irradiance[index].xyz;
+        var still_unshot = unshot[index].xyz;
+        for (var slot = settings.first_slot; slot < settings.end_slot; slot++) {
             let shooter = shooters[slot];
             if shooter.area <= 0.0 {
                 continue;
             }
             let factor = form_factor(receiver, shooter);
             if factor > 0.0 {
-                added += factor * visibility(receiver, shooter, slot) * shooter.radiosity;
+                let added = factor * visibility(receiver, shooter, slot) * shooter.radiosity;
+                total += added;
+                still_unshot += receiver.reflectance * added;
+                mine.arrived += receiver.area * added;
             }
         }
-        irradiance[id.x] += vec4f(added, 0.0);
-        let still_unshot = unshot[id.x].xyz + receiver.reflectance * added;
-        unshot[id.x] = vec4f(still_unshot, 0.0);
-        mine.arrived = receiver.area * added;
+        irradiance[index] = vec4f(total, 0.0);
+        unshot[index] = vec4f(still_unshot, 0.0);
         mine.reflected = receiver.reflectance * mine.arrived;
         mine.unshot = receiver.area * still_unshot;
     }
@@ -177,6 +181,6 @@ fn receive(
         }
     }
     if local == 0u {
-        sums[group.x] = shared_sums[0];
+        sums[settings.first_receiver / 64u + group.x] = shared_sums[0];
     }
 }
