@@ -97,7 +97,7 @@ impl GpuSolver {
         }
         let square_metres = scene.frame.square_metres_per_unit();
         let emitted = patches.emitted.as_dvec3() * square_metres;
-        Ok(Self {
+        let mut solver = Self {
             device: device.clone(),
             queue: queue.clone(),
             settings: settings.clone(),
@@ -119,7 +119,25 @@ impl GpuSolver {
             timer: PassTimer::new(device, queue),
             submissions: 0,
             longest: Duration::ZERO,
-        })
+        };
+        solver.warm_up()?;
+        Ok(solver)
+    }
+
+    /// Runs the passes once on nothing: a driver compiles them only now, and may take longer than any submission should.
+    fn warm_up(&mut self) -> Result<(), String> {
+        let nothing = Submission { begins: true, faces: 0..1, slots: 0..0, receivers: 0..1, completes: true };
+        for from_lamps in [true, false] {
+            self.from_lamps = from_lamps;
+            let settings = BatchSettings { end_receiver: 0, ..self.submission_settings(&nothing) };
+            self.queue.write_buffer(&self.buffers.settings, 0, bytemuck::bytes_of(&settings));
+            let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            self.draw_and_receive(&mut encoder, &nothing);
+            self.queue.submit([encoder.finish()]);
+            self.read_ledger()?;
+        }
+        self.timer = PassTimer::new(&self.device, &self.queue);
+        Ok(())
     }
 
     /// What is known of the power.
