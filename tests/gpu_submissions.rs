@@ -92,7 +92,9 @@ fn shaders_are_taken_from_a_folder_and_the_old_ones_stay_where_the_new_do_not_co
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join(radiosity::gpu::lightmap::shaders::SHADER_FOLDER);
     assert_eq!(Shaders::from_folder(&sources).unwrap(), Shaders::default());
     let folder = tempfile::tempdir().unwrap();
-    for name in ["patches", "faces", "choose", "receive", "ledger", "hemicube"].map(|name| format!("{name}.wgsl")) {
+    for name in
+        ["patches", "faces", "choose", "receive", "ledger", "pages", "hemicube"].map(|name| format!("{name}.wgsl"))
+    {
         std::fs::copy(sources.join(&name), folder.path().join(&name)).unwrap();
     }
     let receive = folder.path().join("receive.wgsl");

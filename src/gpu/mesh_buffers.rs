@@ -11,6 +11,7 @@ pub struct MeshBuffers {
     pub(super) positions: wgpu::Buffer,
     pub(super) normals: wgpu::Buffer,
     pub(super) texcoords: wgpu::Buffer,
+    pub(super) map_places: Option<wgpu::Buffer>,
     pub(super) indices: wgpu::Buffer,
     pub(super) edges: wgpu::Buffer,
     pub(super) edge_index_count: u32,
@@ -35,6 +36,8 @@ impl MeshBuffers {
             positions: buffer("positions", bytemuck::cast_slice(&geometry.positions), vertex),
             normals: buffer("normals", bytemuck::cast_slice(&geometry.normals), vertex),
             texcoords: buffer("texture coordinates", bytemuck::cast_slice(&geometry.texcoords), vertex),
+            map_places: (!geometry.map_places.is_empty())
+                .then(|| buffer("map places", bytemuck::cast_slice(&geometry.map_places), vertex)),
             indices: buffer("triangles", bytemuck::cast_slice(&geometry.indices), index),
             edges: buffer("edges", bytemuck::cast_slice(&geometry.edges), index),
             edge_index_count: 2 * geometry.edges.len() as u32,

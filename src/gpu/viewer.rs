@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::{
     ViewFrame, ViewGeometry,
     blit::{Blit, BlitInputs},
-    frame::FrameUniforms,
+    frame::{FrameUniforms, MapFrame},
     light_view::LightView,
     mesh_buffers::MeshBuffers,
     mesh_view::{Layouts, MaterialUniforms, MeshInputs, MeshView, Variant},
@@ -27,6 +27,7 @@ const MATERIAL_STRIDE: usize = 256;
 pub struct Viewer {
     layouts: Layouts,
     blit: Blit,
+    target_format: wgpu::TextureFormat,
     mesh_pass: MeshView,
     /// By number of samples; made when they are first needed.
     passes: BTreeMap<u32, Passes>,
@@ -62,6 +63,8 @@ struct Contents {
     material_buffer: wgpu::Buffer,
     material_group: wgpu::BindGroup,
     material_source: Arc<Vec<Material>>,
+    /// The pages of a lightmap, bound.
+    pages: Option<(wgpu::Buffer, wgpu::BindGroup)>,
 }
 
 /// All that decides what a picture looks like, besides [`Contents`]: a view is drawn again if any of it differs.
@@ -72,6 +75,7 @@ struct Drawn {
     size: [u32; 2],
     wireframe: bool,
     light: bool,
+    map: Option<MapFrame>,
 }
 
 impl Viewer {
@@ -82,6 +86,7 @@ impl Viewer {
             mesh_pass: MeshView::new(device, &layouts),
             layouts,
             blit: Blit::new(device, target_format),
+            target_format,
             passes: BTreeMap::new(),
             meshes: Vec::new(),
             views: BTreeMap::new(),
@@ -135,7 +140,17 @@ impl Viewer {
             size: frame.size,
             wireframe: frame.wireframe,
             light: frame.light.is_some(),
+            map: frame.map.clone(),
         };
+        if let Some(contents) = view.contents.as_mut().filter(|_| frame.map.is_none()) {
+            contents.pages = None;
+        }
+        if let (Some(map), Some(contents)) = (&frame.map, &mut view.contents)
+            && contents.pages.as_ref().is_none_or(|(bound, _)| *bound != map.pages)
+        {
+            let group = self.mesh_pass.bind_pages(device, &self.layouts, &map.pages);
+            contents.pages = Some((map.pages.clone(), group));
+        }
         if !uploaded && view.drawn.as_ref() == Some(&drawn) {
             return false;
         }
@@ -144,6 +159,11 @@ impl Viewer {
         view.record(encoder, &self.mesh_pass, passes, &drawn);
         view.drawn = Some(drawn);
         true
+    }
+
+    /// The windows' format.
+    pub fn target_format(&self) -> wgpu::TextureFormat {
+        self.target_format
     }
 
     /// Moves a view's top left corner to this pixel of the window, and gives it this size there, in pixels.
@@ -236,6 +256,7 @@ impl ViewState {
             materials: &contents.material_source,
             material_group: &contents.material_group,
             material_stride: MATERIAL_STRIDE as u32,
+            pages: contents.pages.as_ref().map(|(_, group)| group).filter(|_| drawn.map.is_some()),
         };
         mesh_pass.record(&mut pass, &contents.mesh, &inputs);
         if drawn.wireframe {
@@ -280,6 +301,7 @@ impl Contents {
             material_buffer,
             material_group,
             material_source: Arc::clone(&frame.materials),
+            pages: None,
         }
     }
 

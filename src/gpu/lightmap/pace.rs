@@ -150,7 +150,7 @@ mod tests {
     fn every_face_is_drawn_once_and_every_pair_received_once_and_after_its_faces_at_any_pace() {
         const RECEIVERS: u32 = 1000;
         for (per_face, per_pair) in [(1e-6, 1e-9), (1e-3, 1e-6), (0.03, 1e-6), (0.03, 1e-4), (1.0, 1.0)] {
-            let mut drawn = vec![0; 35];
+            let mut drawn = [0; 35];
             let mut received = vec![0; 7 * RECEIVERS as usize];
             let found = submissions(7, &Pace { submission_time: SUBMISSION_TIME, per_face, per_pair }, RECEIVERS);
             for submission in &found {

@@ -36,6 +36,14 @@ pub struct BatchSettings {
     pub first_receiver: u32,
     /// Texel after the last one of this submission.
     pub end_receiver: u32,
+    /// Shooters before this batch.
+    pub shooter_count: u32,
+    /// Not used.
+    pub spare: u32,
+    /// Not used.
+    pub spare_too: u32,
+    /// Not used.
+    pub spare_three: u32,
 }
 
 /// A texel that light arrives at.

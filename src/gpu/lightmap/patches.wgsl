@@ -20,6 +20,11 @@ struct Settings {
     end_slot: u32,
     first_receiver: u32,
     end_receiver: u32,
+    // Shooters before this batch.
+    shooter_count: u32,
+    spare: u32,
+    spare_too: u32,
+    spare_three: u32,
 }
 
 struct Receiver {

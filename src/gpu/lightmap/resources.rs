@@ -68,6 +68,7 @@ pub(super) struct Buffers {
     pub(super) irradiance: wgpu::Buffer,
     pub(super) direct: wgpu::Buffer,
     pub(super) unshot: wgpu::Buffer,
+    pub(super) shots: wgpu::Buffer,
     pub(super) sums: wgpu::Buffer,
     pub(super) escaped: wgpu::Buffer,
     pub(super) ledger: wgpu::Buffer,
@@ -108,6 +109,7 @@ impl Buffers {
             irradiance: zeros("irradiance", field, storage),
             direct: zeros("direct", field, storage),
             unshot: zeros("unshot", field, storage),
+            shots: zeros("shots", 8 * texels, storage),
             sums: zeros("sums", texels.div_ceil(64) * size_of::<PowerSums>(), Usage::STORAGE),
             escaped: zeros("escaped", slots * size_of::<Vec4>(), Usage::STORAGE),
             ledger: zeros("ledger", size_of::<LedgerSums>(), storage),
@@ -133,7 +135,7 @@ pub(super) struct BindGroups {
 impl BindGroups {
     pub(super) fn new(device: &wgpu::Device, pipelines: &Pipelines, buffers: &Buffers) -> Self {
         let Buffers { settings, receivers, groups, shooters, faces, unshot, sums, escaped, ledger, .. } = buffers;
-        let Buffers { charts, power, best_of_tile, chosen, order, .. } = buffers;
+        let Buffers { charts, power, best_of_tile, chosen, order, shots, .. } = buffers;
         let bind = |pipeline, buffers: &[(u32, &wgpu::Buffer)]| bind(device, pipeline, buffers, None);
         Self {
             faces: bind(&pipelines.faces, &[(0, settings), (1, shooters), (2, faces)]),
@@ -146,7 +148,10 @@ impl BindGroups {
                 &pipelines.choose_mesh,
                 &[(0, settings), (4, power), (6, chosen), (8, charts), (9, order)],
             ),
-            take: bind(&pipelines.take, &[(1, receivers), (2, groups), (3, unshot), (6, chosen), (7, shooters)]),
+            take: bind(
+                &pipelines.take,
+                &[(0, settings), (1, receivers), (2, groups), (3, unshot), (6, chosen), (7, shooters), (10, shots)],
+            ),
             add_up: bind(&pipelines.add_up, &[(0, settings), (1, shooters), (2, sums), (4, escaped), (5, ledger)]),
         }
     }
@@ -236,7 +241,7 @@ pub(super) fn device_bytes(patches: &Patches, scene: &crate::scene::Scene, layou
     let groups = patches.groups.len() as u64 * (size_of::<super::patches::Group>() as u64 + 4);
     let lamps = (patches.lamps.len() as u64 + u64::from(MOST_SLOTS)) * size_of::<Shooter>() as u64;
     let pixels: u64 = layouts.iter().map(|layout| layout.size().map(u64::from).iter().product::<u64>()).sum();
-    texels * (size_of::<Receiver>() as u64 + fields + 1) + groups + lamps + 4 * pixels + SceneBuffers::bytes(scene)
+    texels * (size_of::<Receiver>() as u64 + fields + 9) + groups + lamps + 4 * pixels + SceneBuffers::bytes(scene)
 }
 
 /// Refuses what the device cannot hold.

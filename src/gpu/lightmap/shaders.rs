@@ -12,6 +12,8 @@ pub const CHOOSE_WGSL: &str = include_str!("choose.wgsl");
 pub const RECEIVE_WGSL: &str = include_str!("receive.wgsl");
 /// The shader of the energy ledger.
 pub const LEDGER_WGSL: &str = include_str!("ledger.wgsl");
+/// The shader that fills the pages.
+pub const PAGES_WGSL: &str = include_str!("pages.wgsl");
 /// The shader that draws hemicubes.
 pub const HEMICUBE_WGSL: &str = include_str!("hemicube.wgsl");
 
@@ -22,6 +24,7 @@ pub struct Shaders {
     pub(super) choose: Cow<'static, str>,
     pub(super) receive: Cow<'static, str>,
     pub(super) ledger: Cow<'static, str>,
+    pub(super) pages: Cow<'static, str>,
     pub(super) hemicube: Cow<'static, str>,
 }
 
@@ -33,6 +36,7 @@ impl Default for Shaders {
             choose: with_patches(CHOOSE_WGSL),
             receive: with_patches(RECEIVE_WGSL),
             ledger: with_patches(LEDGER_WGSL),
+            pages: with_patches(PAGES_WGSL),
             hemicube: Cow::Borrowed(HEMICUBE_WGSL),
         }
     }
@@ -64,6 +68,7 @@ impl Shaders {
             choose: checked("choose.wgsl", &patches)?,
             receive: checked("receive.wgsl", &patches)?,
             ledger: checked("ledger.wgsl", &patches)?,
+            pages: checked("pages.wgsl", &patches)?,
             hemicube: checked("hemicube.wgsl", "")?,
         })
     }

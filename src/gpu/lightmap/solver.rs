@@ -1,15 +1,16 @@
-//! A solve: the order of the passes, and what is read back.
+//! A solve: the order of the passes, and the ledger, which is all that is read back while it runs.
 
 use std::time::{Duration, Instant};
 
-use glam::{Vec3, Vec4};
+use glam::Vec3;
 
 use super::{
     hemicube::{FACE_COUNT, NEAR, SceneBuffers, TileLayout},
     ledger::GpuLedger,
     pace::{Batch, Pace, Submission},
+    pages::PagePass,
     patches::{BatchSettings, LedgerSums, Patches, Shooter},
-    readback::{read, read_copy},
+    readback::read,
     resources::{BindGroups, Buffers, HemicubeSet, MOST_SLOTS, Pipelines, check_size, device_bytes},
     shaders::Shaders,
     timing::{Pass, PassTime, PassTimer},
@@ -19,17 +20,8 @@ use crate::{
     scene::{AreaLight, Scene},
 };
 
-/// The fields of a solve, by texel of the atlas [W/m²].
-#[derive(Clone, Debug, PartialEq)]
-pub struct TexelFields {
-    /// Irradiance of the lights alone.
-    pub direct: Vec<Vec3>,
-    /// All irradiance so far.
-    pub total: Vec<Vec3>,
-}
-
 /// What the work of a solve is, in numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveSize {
     /// Texels that light arrives at.
     pub texels: usize,
@@ -39,31 +31,34 @@ pub struct SolveSize {
     pub lamps: usize,
     /// Bytes on the device.
     pub bytes: u64,
+    /// Open area of all texels [m²].
+    pub square_metres: f64,
 }
 
 /// A solve on a card, submission by submission. Between two it may be left alone for any time (pause), read, or dropped.
 pub struct GpuSolver {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    settings: GpuSettings,
-    patches: Patches,
-    texel_count: usize,
-    bytes: u64,
-    square_metres: f64,
-    scene: SceneBuffers,
-    pipelines: Pipelines,
-    buffers: Buffers,
-    groups: BindGroups,
-    light_hemicubes: HemicubeSet,
-    hemicubes: HemicubeSet,
-    paces: [Pace; 2],
-    batch: Batch,
-    from_lamps: bool,
-    lamps_done: u32,
-    ledger: GpuLedger,
-    timer: PassTimer,
-    submissions: u64,
-    longest: Duration,
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+    pub(super) settings: GpuSettings,
+    pub(super) patches: Patches,
+    pub(super) texel_count: usize,
+    pub(super) bytes: u64,
+    pub(super) square_metres: f64,
+    pub(super) scene: SceneBuffers,
+    pub(super) pipelines: Pipelines,
+    pub(super) buffers: Buffers,
+    pub(super) groups: BindGroups,
+    pub(super) light_hemicubes: HemicubeSet,
+    pub(super) hemicubes: HemicubeSet,
+    pub(super) pages: PagePass,
+    pub(super) paces: [Pace; 2],
+    pub(super) batch: Batch,
+    pub(super) from_lamps: bool,
+    pub(super) lamps_done: u32,
+    pub(super) ledger: GpuLedger,
+    pub(super) timer: PassTimer,
+    pub(super) submissions: u64,
+    pub(super) longest: Duration,
 }
 
 impl GpuSolver {
@@ -82,7 +77,7 @@ impl GpuSolver {
         let most = device.limits().max_texture_dimension_2d.min(4096);
         let resolutions = [settings.light_hemicube, settings.hemicube];
         let layouts = resolutions.map(|resolution| TileLayout::new(resolution, MOST_SLOTS, most));
-        let bytes = device_bytes(&patches, scene, &layouts);
+        let bytes = device_bytes(&patches, scene, &layouts) + PagePass::bytes(atlas);
         check_size(device, &patches, bytes, settings.device_memory)?;
         let out_of_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let shaders = Shaders::default();
@@ -106,6 +101,7 @@ impl GpuSolver {
             square_metres,
             paces: resolutions.map(|resolution| Pace::new(scene_buffers.index_count / 3, resolution)),
             scene: scene_buffers,
+            pages: PagePass::new(device, &shaders, &buffers, atlas, &patches),
             light_hemicubes,
             hemicubes,
             pipelines,
@@ -170,7 +166,22 @@ impl GpuSolver {
             groups: self.patches.groups.len(),
             lamps: self.patches.lamps.len(),
             bytes: self.bytes,
+            square_metres: f64::from(self.open_area()) * self.square_metres,
         }
+    }
+
+    pub(super) fn open_area(&self) -> f32 {
+        self.patches.receivers.iter().map(|receiver| receiver.area).sum()
+    }
+
+    /// Changes the stop rule: a solve that is done may have to go on.
+    pub fn set_unabsorbed(&mut self, unabsorbed: f32) {
+        self.settings.unabsorbed = unabsorbed;
+    }
+
+    /// True if all shooters that were chosen together have shot.
+    pub fn is_between_groups(&self) -> bool {
+        self.batch.is_done()
     }
 
     /// Changes what a submission should take. It changes no bit of the solution.
@@ -277,6 +288,8 @@ impl GpuSolver {
             end_slot: submission.slots.end,
             first_receiver: submission.receivers.start,
             end_receiver: submission.receivers.end,
+            shooter_count: self.ledger.shooters as u32,
+            ..BatchSettings::default()
         }
     }
 
@@ -342,26 +355,6 @@ impl GpuSolver {
         Ok(())
     }
 
-    /// Reads the fields back, for a file or a comparison.
-    ///
-    /// # Errors
-    /// One line, if the device was lost.
-    pub fn fields(&self) -> Result<TexelFields, String> {
-        let all_lamps =
-            self.lamps_done == self.patches.lamps.len() as u32 && !(self.from_lamps && !self.batch.is_done());
-        let direct = if all_lamps { &self.buffers.direct } else { &self.buffers.irradiance };
-        Ok(TexelFields { direct: self.texel_field(direct)?, total: self.texel_field(&self.buffers.irradiance)? })
-    }
-
-    fn texel_field(&self, buffer: &wgpu::Buffer) -> Result<Vec<Vec3>, String> {
-        let mut field = vec![Vec3::ZERO; self.texel_count];
-        let values: Vec<Vec4> = read_copy(&self.device, &self.queue, buffer)?;
-        for (texel, value) in self.patches.texel_of_receiver.iter().zip(values) {
-            field[*texel as usize] = value.truncate();
-        }
-        Ok(field)
-    }
-
     /// Takes other shaders. Where one does not compile, all of the old ones stay.
     ///
     /// # Errors
@@ -372,9 +365,11 @@ impl GpuSolver {
         let groups = BindGroups::new(&self.device, &pipelines, &self.buffers);
         let sets = [&self.light_hemicubes, &self.hemicubes]
             .map(|set| set.reloaded(&self.device, shaders, &pipelines, &self.buffers));
+        let page_passes = self.pages.passes(&self.device, shaders, &self.buffers);
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(format!("the old shaders stay: {error}"));
         }
+        self.pages.set_passes(page_passes);
         (self.pipelines, self.groups) = (pipelines, groups);
         [self.light_hemicubes, self.hemicubes] = sets;
         Ok(())
