@@ -6,7 +6,10 @@
 mod common;
 
 use common::*;
-use radiosity::app::{App, command::Command, view_settings::Source};
+use radiosity::{
+    app::{App, command::Command, view_settings::Source},
+    gpu::lightmap::Stage,
+};
 
 /// Mean over the area of what two solutions hold, and of how far they are apart, over the mean of the first.
 fn means(app: &App) -> (f32, f32) {
@@ -32,13 +35,27 @@ fn the_lightmap_is_shown_beside_the_solution_and_agrees_with_it() {
         app.lightmap.map.texels = 3000;
         app.fulfil(Command::SolveLightmap);
     }
-    // Alone first: both views show it, growing.
-    run_until(&mut window, "light", |app| app.other.is_some());
-    assert!(window.state().layout.second_view && window.state().layout.views[1].source == Source::Other);
-    run_until(&mut window, "the end of the lightmap", |app| app.lightmap.job.is_none());
+    // Alone first: the right view reads its pages, and nothing is read back before it rests.
+    run_until(&mut window, "light", |app| app.lightmap.shown.is_some());
+    assert!(window.state().layout.second_view && window.state().layout.views[1].source == Source::Lightmap);
+    let dark = window.render().unwrap();
+    run_until(&mut window, "the end of the lightmap", rests);
+    let lit = window.render().unwrap();
+    let right = |x, y| [&dark, &lit].map(|picture| colour_at(picture, &window, x, y)[1]);
+    let [before, after] = right(0.75, 0.75);
+    assert!(after > before + 15.0, "{before} and {after}");
     assert!(window.state().lightmap.status.contains("texels"), "{}", window.state().lightmap.status);
     let alone = window.render().unwrap();
     solve(&mut window);
+    // Both views show the same light.
+    window.state_mut().layout.antialias = true;
+    window.run_steps(2);
+    let side_by_side = window.render().unwrap();
+    for (x, y) in [(0.25, 0.3), (0.2, 0.75), (0.35, 0.8)] {
+        let [left, right] = [x, x + 0.5].map(|x| colour_at(&side_by_side, &window, x, y));
+        let apart = left.iter().zip(right).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(apart < 16.0, "{left:?} and {right:?} at {x}, {y}");
+    }
     let app = window.state();
     assert!(errors(app).is_empty(), "{:?}", errors(app));
     let (ratio, apart) = means(app);
@@ -58,10 +75,74 @@ fn a_lightmap_stops_within_a_moment_and_keeps_what_it_has() {
         app.lightmap.settings.unabsorbed = 1e-3;
         app.fulfil(Command::SolveLightmap);
     }
-    run_until(&mut window, "light", |app| app.other.is_some());
+    run_until(&mut window, "light", |app| app.lightmap.status.contains("unabsorbed"));
+    assert!(window.state().other.is_none(), "read back while it runs");
     window.state().lightmap.job.as_ref().unwrap().stop();
     let asked = std::time::Instant::now();
-    run_until(&mut window, "the end of the lightmap", |app| app.lightmap.job.is_none());
+    run_until(&mut window, "the end of the lightmap", rests);
     assert!(asked.elapsed().as_secs_f32() < 5.0, "{:?}", asked.elapsed());
-    assert!(window.state().other.is_some());
+    let stopped = shooters(window.state());
+    // It goes on from there when it is told to, down to what is asked for then.
+    window.state_mut().lightmap.settings.unabsorbed = 0.3;
+    let before = mean_of(window.state());
+    window.state().lightmap.job.as_ref().unwrap().go_on(0.02);
+    run_until(&mut window, "more light", |app| rests(app) && shooters(app) > stopped);
+    assert!(mean_of(window.state()) > before);
+}
+
+#[test]
+fn a_lightmap_waits_shows_its_order_and_reads_its_shaders_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    {
+        let app = window.state_mut();
+        app.lightmap.map.texels = 20_000;
+        app.lightmap.settings.unabsorbed = 1e-3;
+        app.fulfil(Command::SolveLightmap);
+    }
+    run_until(&mut window, "light", |app| app.lightmap.status.contains("unabsorbed"));
+    window.state().lightmap.job.as_ref().unwrap().toggle_pause();
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    window.run_steps(2);
+    let (waiting, version) = (window.state().lightmap.status.clone(), shown_version(window.state()));
+    std::thread::sleep(std::time::Duration::from_millis(400));
+    window.run_steps(2);
+    assert_eq!((&waiting, version), (&window.state().lightmap.status, shown_version(window.state())));
+    // Other pages while it waits.
+    let light = window.render().unwrap();
+    window.state_mut().lightmap.stage = Stage::Order;
+    run_until(&mut window, "the order", |app| app.lightmap.filled == Stage::Order);
+    let order = window.render().unwrap();
+    let [before, after] = [&light, &order].map(|picture| colour_at(picture, &window, 0.75, 0.75));
+    assert!(before.iter().zip(after).any(|(a, b)| (a - b).abs() > 20.0), "{before:?} and {after:?}");
+    // The tests run in the source tree, so its shaders are found.
+    press(&mut window, egui::Key::R);
+    run_until(&mut window, "the shaders", |app| {
+        app.notices.lines.iter().any(|line| line.text.contains("shaders are read anew"))
+    });
+    window.state().lightmap.job.as_ref().unwrap().toggle_pause();
+    let paused_at = shown_version(window.state());
+    run_until(&mut window, "more", |app| shown_version(app) > paused_at + 1);
+    assert!(errors(window.state()).is_empty(), "{:?}", errors(window.state()));
+}
+
+fn rests(app: &App) -> bool {
+    app.lightmap.job.as_ref().is_none_or(|job| job.rests()) && app.other.is_some()
+}
+
+fn shown_version(app: &App) -> u64 {
+    app.lightmap.job.as_ref().unwrap().version()
+}
+
+/// Of the last field that was read back.
+fn mean_of(app: &App) -> f32 {
+    let other = app.other.as_ref().unwrap();
+    other.total.iter().map(|value| value.element_sum()).sum::<f32>() / other.total.len() as f32
+}
+
+/// As the line of a lightmap at rest says.
+fn shooters(app: &App) -> u64 {
+    let words: Vec<&str> = app.lightmap.status.split(' ').collect();
+    let place = words.iter().position(|word| word.starts_with("shooters")).unwrap();
+    words[place - 1].parse().unwrap()
 }

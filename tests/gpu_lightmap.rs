@@ -6,6 +6,7 @@ mod common;
 
 use std::{f32::consts::PI, sync::Arc, time::Instant};
 
+use common::lightmap::*;
 use glam::{DVec3, Vec2, Vec3};
 use radiosity::{
     check::{
@@ -13,19 +14,12 @@ use radiosity::{
         metrics::{Field, FieldErrors, field_errors},
         surface_points::{area_uniform_points, locate},
     },
-    gpu::{
-        device,
-        lightmap::{GpuSolver, hemicube},
-    },
+    gpu::lightmap::hemicube,
     lightmap::{Atlas, GpuSettings, LightmapSettings, ShootingOrder, pages_of},
-    scene::{AreaLight, LoadOptions, Scene, area_light::AreaLightState, builtin, load},
+    scene::{AreaLight, LoadOptions, Scene, area_light::AreaLightState, builtin},
     solver::SolveSettings,
     trace::{Ray, RayTracer as _, Tracer},
 };
-
-fn card() -> (wgpu::Device, wgpu::Queue) {
-    device::headless().unwrap()
-}
 
 /// 32 texels along a wall of 0.556 m.
 fn cornell_map() -> LightmapSettings {
@@ -47,37 +41,6 @@ fn errors_against(
     let (direct, total) = (at(&direct), at(&total));
     let known: (Vec<_>, Vec<_>) = case.values.iter().map(|value| (value.direct, value.total)).unzip();
     field_errors(Field { direct: &direct, total: &total }, Field { direct: &known.0, total: &known.1 })
-}
-
-fn solver(scene: &Arc<Scene>, atlas: &Atlas, light: Option<AreaLight>, settings: &GpuSettings) -> GpuSolver {
-    let (device, queue) = card();
-    GpuSolver::new((&device, &queue), scene, atlas, light.as_ref(), settings).unwrap()
-}
-
-/// Steps until the stop rule holds.
-fn solved(mut solver: GpuSolver) -> GpuSolver {
-    while !solver.is_done() {
-        solver.step().unwrap();
-    }
-    solver
-}
-
-fn atlas_of(scene: &Arc<Scene>, settings: &LightmapSettings) -> Atlas {
-    Atlas::new(scene, &Tracer::new(Arc::clone(scene)), settings, &|_, _| true).unwrap().unwrap()
-}
-
-fn from_obj(obj: &str, mtl: &str) -> Arc<Scene> {
-    Arc::new(load::load_from_memory("test", obj, mtl, &LoadOptions::default()).unwrap())
-}
-
-fn texels(count: u32) -> LightmapSettings {
-    LightmapSettings { texels: count, ..LightmapSettings::default() }
-}
-
-/// Mean over all texels by open area.
-fn mean(atlas: &Atlas, field: &[Vec3]) -> Vec3 {
-    let area: f32 = atlas.texels.iter().map(|texel| texel.open_area()).sum();
-    atlas.texels.iter().zip(field).map(|(texel, value)| texel.open_area() * *value).sum::<Vec3>() / area
 }
 
 #[test]

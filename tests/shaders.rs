@@ -6,18 +6,26 @@ use std::{mem::offset_of, path::Path};
 
 use radiosity::gpu::{
     frame::{FRAME_WGSL, FrameUniforms},
-    lightmap::patches::{
-        BatchSettings, ChartGroups, Face, Group, LedgerSums, PATCHES_WGSL, PowerSums, Receiver, Shooter,
+    lightmap::{
+        pages::PageSettings,
+        patches::{BatchSettings, ChartGroups, Face, Group, LedgerSums, PowerSums, Receiver, Shooter},
+        shaders::PATCHES_WGSL,
     },
+    map_picture::PictureUniforms,
     mesh_view::MaterialUniforms,
 };
+use radiosity::lightmap::dilate::Fill;
 use wgpu::naga::{Module, TypeInner, front::wgsl, valid};
 
 /// A shader as its pass loads it: most begin with what they share with others.
 fn source(file: &str) -> String {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu").join(file)).unwrap();
+    let beside = |name: &str| std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu").join(name));
     match file {
-        "blit.wgsl"
+        "mesh_view.wgsl" => format!("{FRAME_WGSL}{text}{}", beside("vertex_field.wgsl").unwrap()),
+        "vertex_field.wgsl" | "map_field.wgsl" => format!("{FRAME_WGSL}{}{text}", beside("mesh_view.wgsl").unwrap()),
+        "map_picture.wgsl"
+        | "blit.wgsl"
         | "frame.wgsl"
         | "lightmap/patches.wgsl"
         | "lightmap/hemicube.wgsl"
@@ -71,6 +79,9 @@ fn uniforms_have_the_same_layout_in_rust_and_in_the_shader() {
         exposure_scale, inverse_gamma, ambient, range, light_centre, light_u, light_v, light_color, outline_color,
         false_colors);
     assert_eq!(wgsl_layout("frame.wgsl", "FrameUniforms"), frame);
+    let picture = rust_layout!(PictureUniforms: place, exposure_scale, inverse_gamma, page, mode, outlines,
+        codes_itself, spare);
+    assert_eq!(wgsl_layout("map_picture.wgsl", "PictureUniforms"), picture);
     let material = rust_layout!(MaterialUniforms: reflectance, opacity, emitted_radiance, largest_texel);
     assert_eq!(wgsl_layout("mesh_view.wgsl", "MaterialUniforms"), material);
 }
@@ -81,7 +92,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     assert_eq!(
         patches("Settings"),
         rust_layout!(BatchSettings: receiver_count, group_count, slot_count, resolution, tiles_per_row, near, bias,
-            filtered)
+            filtered, first_slot, end_slot, first_receiver, end_receiver, shooter_count, spare, spare_too,
+            spare_three)
     );
     assert_eq!(
         patches("Receiver"),
@@ -99,6 +111,10 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
             tangent, spare_five, radiosity, spare_six)
     );
     assert_eq!(patches("Face"), rust_layout!(Face: x, y, w));
+    let pages = rust_layout!(PageSettings: ambient, stage, receiver_count, shooter_count, largest_area, spare);
+    assert_eq!(wgsl_layout("lightmap/pages.wgsl", "PageSettings"), pages);
+    let fill = rust_layout!(Fill: pixel, neighbours);
+    assert_eq!(wgsl_layout("lightmap/pages.wgsl", "Fill"), fill);
     let charts = rust_layout!(ChartGroups: first, count, area, spare);
     assert_eq!(wgsl_layout("lightmap/choose.wgsl", "ChartGroups"), charts);
     let sums = rust_layout!(PowerSums: arrived, spare, reflected, spare_too, unshot, spare_three);

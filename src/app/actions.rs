@@ -46,6 +46,7 @@ impl App {
         match command {
             Command::Solve => self.solve(false),
             Command::SolveLightmap => self.solve_lightmap(),
+            Command::ReloadShaders => self.reload_shaders(),
             Command::Step => self.step(),
             Command::Cancel => self.cancel(),
             Command::PauseOrResume => {

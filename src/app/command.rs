@@ -55,6 +55,8 @@ pub enum Command {
     SavePlots(PathBuf),
     /// Start to solve the lightmap on the graphics card, or start again.
     SolveLightmap,
+    /// Read the lightmap's shaders again from the source tree.
+    ReloadShaders,
     /// Keep the present solution to compare with.
     KeepForComparison,
     /// Write camera, light, settings and tone map.

@@ -10,6 +10,27 @@ pub(super) fn row(ui: &mut Ui, name: &str, tooltip: &str, control: impl Widget) 
     response
 }
 
+/// A row with one of several named values.
+pub(super) fn choice_row<Choice: clap::ValueEnum + PartialEq + Copy>(
+    ui: &mut Ui,
+    name: &str,
+    tooltip: &str,
+    chosen: &mut Choice,
+) {
+    let name_of =
+        |choice: Choice| choice.to_possible_value().map_or_else(String::new, |value| String::from(value.get_name()));
+    let label = ui.label(name).on_hover_text(tooltip);
+    let shown = egui::ComboBox::from_id_salt(name).selected_text(name_of(*chosen)).show_ui(ui, |ui| {
+        for known in Choice::value_variants() {
+            let value = known.to_possible_value();
+            let help = value.and_then(|value| value.get_help().map(ToString::to_string)).unwrap_or_default();
+            ui.selectable_value(chosen, *known, name_of(*known)).on_hover_text(help);
+        }
+    });
+    shown.response.labelled_by(label.id).on_hover_text(tooltip);
+    ui.end_row();
+}
+
 /// A row of three numbers.
 pub(super) fn vector_row(ui: &mut Ui, name: &str, tooltip: &str, values: &mut [f64; 3], speed: f64) {
     let label = ui.label(name).on_hover_text(tooltip);

@@ -6,7 +6,7 @@ use glam::Vec3;
 use super::{command::Command, file_dialog::Purpose};
 
 /// The keys as the help shows them, with what they do.
-pub const HELP: [(&str, &str); 29] = [
+pub const HELP: [(&str, &str); 30] = [
     ("W A S D", "fly forward, left, back, right"),
     ("Q E", "fly down, up"),
     ("left drag", "look round"),
@@ -33,6 +33,7 @@ pub const HELP: [(&str, &str); 29] = [
     ("F", "false colours with a legend in W/m²"),
     ("U", "ambient light for looking round, on or off"),
     ("X", "second view beside the first, with a divider to drag"),
+    ("R", "read the lightmap's shaders again (from src/gpu/lightmap, while one works on them)"),
     ("CTRL + Z", "undo; with SHIFT: redo"),
     ("CTRL + C", "copy camera and light as one line of text"),
     ("CTRL + V", "take camera and light from such a line"),
@@ -42,7 +43,7 @@ pub const HELP: [(&str, &str); 29] = [
 pub const RULE: &str = "Changes of the light, a material or a setting wait for the next ENTER; \
 a solve that runs is not disturbed. Views and tone map change at once.";
 
-const PLAIN: [(Key, Command); 15] = [
+const PLAIN: [(Key, Command); 16] = [
     (Key::Enter, Command::Solve),
     (Key::Space, Command::PlaceLight),
     (Key::P, Command::PauseOrResume),
@@ -58,6 +59,7 @@ const PLAIN: [(Key, Command); 15] = [
     (Key::F, Command::ToggleFalseColour),
     (Key::U, Command::ToggleAmbient),
     (Key::X, Command::ToggleSecondView),
+    (Key::R, Command::ReloadShaders),
 ];
 
 const DIGITS: [Key; 10] =

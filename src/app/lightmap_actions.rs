@@ -4,10 +4,11 @@ use std::time::Duration;
 
 use super::{
     App,
-    lightmap_job::{LightmapEvent, LightmapInput, LightmapJob},
+    lightmap_job::{LightmapEvent, LightmapInput, LightmapJob, ShownMap},
     notices::Level,
     view_settings::Source,
 };
+use crate::{gpu, gpu::MapFrame};
 
 impl App {
     /// Takes the news of the lightmap.
@@ -17,22 +18,45 @@ impl App {
         for event in events {
             match event {
                 LightmapEvent::Status(text) => self.lightmap.status = text,
-                LightmapEvent::Field { results, page } => {
+                LightmapEvent::Shown(shown) => self.lightmap.shown = Some(*shown),
+                LightmapEvent::Filled(stage) => self.lightmap.filled = stage,
+                LightmapEvent::Times(times) => self.lightmap.times = times,
+                LightmapEvent::Rests(line, results) => {
+                    self.lightmap.status = line;
                     self.other = Some(*results);
-                    self.lightmap.set_page(&self.context, page);
                 }
-                LightmapEvent::Ended(ended) => {
+                LightmapEvent::Reloaded(Ok(())) => {
+                    self.notices.say(Level::Note, "The lightmap's shaders are read anew");
+                }
+                LightmapEvent::Reloaded(Err(problem)) => self.notices.say(Level::Error, problem),
+                LightmapEvent::Failed(problem) => {
                     self.lightmap.job = None;
-                    match ended {
-                        Ok(line) => self.lightmap.status = line,
-                        Err(problem) => {
-                            self.lightmap.status = problem.clone();
-                            self.notices.say(Level::Error, problem);
-                        }
-                    }
+                    self.lightmap.status.clone_from(&problem);
+                    self.notices.say(Level::Error, problem);
                 }
             }
         }
+        if let Some(job) = &self.lightmap.job {
+            job.set_stage(self.lightmap.stage);
+        }
+    }
+
+    /// Shaders of the lightmap, from the folder that one works on them in.
+    pub(super) fn reload_shaders(&mut self) {
+        match &self.lightmap.job {
+            Some(job) => job.reload_shaders(),
+            None => self.notices.say(Level::Note, "There is no lightmap whose shaders could be read anew"),
+        }
+    }
+
+    /// What a view that shows the lightmap reads; none if it shows something else.
+    pub(super) fn map_of_view(&self, number: usize) -> Option<(&ShownMap, MapFrame)> {
+        let source = self.layout.views[number].source;
+        let shown = self.lightmap.shown.as_ref().filter(|_| source.is_lightmap())?;
+        let version = self.lightmap.job.as_ref().map_or(0, LightmapJob::version);
+        let difference = source == Source::LightmapDifference;
+        let map = MapFrame { pages: shown.pages.clone(), version, difference, nearest: self.lightmap.nearest };
+        Some((shown, map))
     }
 
     /// The lightmap, in the right view as the other solution.
@@ -41,19 +65,31 @@ impl App {
             self.notices.say(Level::Error, "Nothing shines in this scene: press SPACE to put a light at the camera");
             return;
         }
+        let Some((device, queue)) = self.device.clone() else {
+            self.notices.say(Level::Error, "The window does not draw on a device that could solve a lightmap");
+            return;
+        };
+        if let Some(problem) = gpu::device::missing_limit(&device.limits()) {
+            let line =
+                format!("The window's device {problem}: it cannot solve a lightmap; `radiosity devices` lists others");
+            self.notices.say(Level::Error, line);
+            return;
+        }
         let (base, made_with) = self.elements_at_hand();
         let input = LightmapInput {
+            device,
+            queue,
             base,
             made_with,
             input: self.document.edit.solve_input(),
             map: self.lightmap.map.clone(),
             settings: self.lightmap.settings.clone(),
-            tone_map: self.document.edit.tone_map,
         };
         self.layout.ambient = false;
         self.layout.second_view = true;
         self.layout.views[1].shown = self.layout.views[0].shown;
-        self.layout.views[1].source = Source::Other;
+        self.layout.views[1].source = Source::Lightmap;
+        (self.lightmap.shown, self.lightmap.times) = (None, None);
         let context = self.context.clone();
         match LightmapJob::start(input, move || context.request_repaint_after(Duration::from_millis(1))) {
             Ok(job) => self.lightmap.job = Some(job),

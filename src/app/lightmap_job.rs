@@ -1,17 +1,17 @@
-//! A lightmap solved on the graphics card while the window goes on: a thread with a device of its own.
+//! A lightmap solved on the graphics card while the window goes on: a thread that shares the window's device.
 //!
-//! The views draw vertices, so the map is read at them; the map itself is shown as a picture in the panel.
+//! While it runs, the views read its pages where they are; only the ledger comes back. Once it rests (done, stopped) its
+//! field is read at the vertices, for comparisons.
 
 use std::{
     sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering::Relaxed},
+        Arc, Mutex, PoisonError,
+        atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed},
         mpsc,
     },
     time::{Duration, Instant},
 };
 
-use egui::ColorImage;
 use glam::{Vec2, Vec3};
 
 use super::{
@@ -19,21 +19,32 @@ use super::{
     solving::{Elements, SolveInput, elements_for},
 };
 use crate::{
-    files::lightmap_export::picture,
-    gpu::{device, lightmap::GpuSolver},
-    lightmap::{Atlas, Charts, GpuSettings, LightmapSettings, pages_of},
-    math::color::ToneMap,
+    gpu::{
+        ViewGeometry,
+        lightmap::{
+            GpuSolver, Stage,
+            shaders::{SHADER_FOLDER, Shaders},
+            timing::PassTime,
+        },
+    },
+    lightmap::{Atlas, Charts, GpuSettings, LightmapSettings, PageUpdate, pages_of},
     solver::SolveSettings,
 };
 
-/// Time between two looks at the fields.
-const SHOW_INTERVAL: Duration = Duration::from_millis(400);
+/// Time between two fillings of the pages.
+const SHOW_INTERVAL: Duration = Duration::from_millis(150);
+/// What a submission should take here, where the window's own wait behind it.
+const SUBMISSION_TIME: Duration = Duration::from_millis(25);
 /// How far inside an element a vertex's value is read: in the corner itself the map has another chart beside it.
 const MOVE_INTO_ELEMENT: f32 = 0.02;
 
 /// All that decides a lightmap.
 #[derive(Clone)]
 pub struct LightmapInput {
+    /// The window's device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
     /// Elements at hand, used again if the settings still ask for them.
     pub base: Elements,
     /// The settings that they were made with.
@@ -44,30 +55,63 @@ pub struct LightmapInput {
     pub map: LightmapSettings,
     /// How it is solved.
     pub settings: GpuSettings,
-    /// For the picture of the map.
-    pub tone_map: ToneMap,
+}
+
+/// A lightmap as views show it: its pages are on the card, and change there.
+#[derive(Clone)]
+pub struct ShownMap {
+    /// The elements, with a geometry that knows their places on the map.
+    pub elements: Elements,
+    /// The pages.
+    pub pages: wgpu::Buffer,
+    /// Columns and rows of a page.
+    pub page_size: [u32; 2],
+    /// Pages.
+    pub page_count: u32,
+    /// Depth of the groups' hemicubes.
+    pub hemicubes: wgpu::TextureView,
+    /// Columns and rows of that.
+    pub hemicubes_size: [u32; 2],
 }
 
 /// News from a lightmap, in order.
 pub enum LightmapEvent {
     /// What it does.
     Status(String),
-    /// The light so far.
-    Field {
-        /// At the vertices, as a solution of two bounces: direct light and all other.
-        results: Box<Results>,
-        /// The first page.
-        page: ColorImage,
-    },
-    /// It has ended, with a line about it.
-    Ended(Result<String, String>),
+    /// The solve begins, and can be shown.
+    Shown(Box<ShownMap>),
+    /// The pages were filled anew.
+    Filled(Stage),
+    /// What each pass took so far; none if the device has no timestamps.
+    Times(Option<Vec<PassTime>>),
+    /// It rests, with a line about it, and its field at the vertices: a solution of two bounces, direct light and all
+    /// other. It can go on.
+    Rests(String, Box<Results>),
+    /// Shaders were read again; or the compiler's message.
+    Reloaded(Result<(), String>),
+    /// It has failed.
+    Failed(String),
 }
 
-/// A lightmap on its way. Dropping it stops it.
+/// What the thread and the window share.
+#[derive(Default)]
+struct Shared {
+    ended: AtomicBool,
+    stopped: AtomicBool,
+    paused: AtomicBool,
+    rests: AtomicBool,
+    reload: AtomicBool,
+    stage: Mutex<Stage>,
+    /// The stop rule, as the bits of a number.
+    unabsorbed: AtomicU32,
+    /// Counts how often the pages were filled.
+    version: AtomicU64,
+}
+
+/// A lightmap on its way, or at rest. Dropping it ends it.
 pub struct LightmapJob {
     events: mpsc::Receiver<LightmapEvent>,
-    stopped: Arc<AtomicBool>,
-    paused: Arc<AtomicBool>,
+    shared: Arc<Shared>,
 }
 
 impl LightmapJob {
@@ -77,14 +121,15 @@ impl LightmapJob {
     /// If no thread can be made.
     pub fn start(input: LightmapInput, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let (sender, events) = mpsc::channel();
-        let (stopped, paused) = <(Arc<AtomicBool>, Arc<AtomicBool>)>::default();
-        let work =
-            Work { input, stopped: Arc::clone(&stopped), paused: Arc::clone(&paused), sender, wake: Box::new(wake) };
+        let shared = Arc::new(Shared::default());
+        shared.unabsorbed.store(input.settings.unabsorbed.to_bits(), Relaxed);
+        let work = Work { input, shared: Arc::clone(&shared), sender, wake: Box::new(wake) };
         std::thread::Builder::new().name(String::from("lightmap")).spawn(move || {
-            let ended = work.run();
-            work.send(LightmapEvent::Ended(ended));
+            if let Err(problem) = work.run() {
+                work.send(LightmapEvent::Failed(problem));
+            }
         })?;
-        Ok(Self { events, stopped, paused })
+        Ok(Self { events, shared })
     }
 
     /// News since the last call.
@@ -94,84 +139,158 @@ impl LightmapJob {
 
     /// Asks it to stop and keep what it has.
     pub fn stop(&self) {
-        self.stopped.store(true, Relaxed);
+        self.shared.stopped.store(true, Relaxed);
+    }
+
+    /// Lets it go on after a stop or its end, until so little is unabsorbed.
+    pub fn go_on(&self, unabsorbed: f32) {
+        self.shared.unabsorbed.store(unabsorbed.to_bits(), Relaxed);
+        self.shared.stopped.store(false, Relaxed);
     }
 
     /// Lets it wait, or go on.
     pub fn toggle_pause(&self) {
-        self.paused.fetch_xor(true, Relaxed);
+        self.shared.paused.fetch_xor(true, Relaxed);
     }
 
     /// Whether it is told to wait.
     pub fn is_paused(&self) -> bool {
-        self.paused.load(Relaxed)
+        self.shared.paused.load(Relaxed)
+    }
+
+    /// Whether it is done or was stopped.
+    pub fn rests(&self) -> bool {
+        self.shared.rests.load(Relaxed)
+    }
+
+    /// What the pages are to hold.
+    pub fn set_stage(&self, stage: Stage) {
+        *self.shared.stage.lock().unwrap_or_else(PoisonError::into_inner) = stage;
+    }
+
+    /// Counts how often the pages were filled.
+    pub fn version(&self) -> u64 {
+        self.shared.version.load(Relaxed)
+    }
+
+    /// Asks it to read its shaders again from the folder that one works in.
+    pub fn reload_shaders(&self) {
+        self.shared.reload.store(true, Relaxed);
     }
 }
 
 impl Drop for LightmapJob {
     fn drop(&mut self) {
+        self.shared.ended.store(true, Relaxed);
         self.stop();
     }
 }
 
 struct Work {
     input: LightmapInput,
-    stopped: Arc<AtomicBool>,
-    paused: Arc<AtomicBool>,
+    shared: Arc<Shared>,
     sender: mpsc::Sender<LightmapEvent>,
     wake: Box<dyn Fn() + Send + Sync>,
 }
 
 impl Work {
-    fn run(&self) -> Result<String, String> {
+    fn run(&self) -> Result<(), String> {
         let LightmapInput { base, made_with, input, map, settings, .. } = &self.input;
         if let Some(problem) = settings.problem() {
             return Err(problem);
         }
-        let elements = elements_for(base, made_with, input, &|| self.stopped.load(Relaxed))?;
+        let elements = elements_for(base, made_with, input, &|| self.shared.stopped.load(Relaxed))?;
         let report = |stage: &str, done: Option<f32>| {
             let percent = done.map_or(String::new(), |done| format!(", {:.0} %", 100.0 * done));
             self.send(LightmapEvent::Status(format!("{stage}{percent}")));
-            !self.stopped.load(Relaxed)
+            !self.shared.stopped.load(Relaxed)
         };
         let Some(atlas) = Atlas::new(&elements.scene, &*elements.tracer, map, &report)? else {
-            return Ok(String::from("stopped before there was light"));
+            return Err(String::from("the lightmap was stopped before there was light"));
         };
         let places = vertex_places(&elements);
-        let opened = device::choose(None)?.open()?;
         let light = input.light.map(|light| light.to_local(&elements.scene.frame));
-        let mut solver = GpuSolver::new((&opened.0, &opened.1), &elements.scene, &atlas, light.as_ref(), settings)?;
-        let (started, mut shown) = (Instant::now(), Instant::now());
-        while !solver.is_done() && !self.stopped.load(Relaxed) {
-            if self.paused.load(Relaxed) {
-                std::thread::sleep(Duration::from_millis(20));
-                continue;
-            }
-            solver.step()?;
-            if shown.elapsed() >= SHOW_INTERVAL {
-                self.show(&solver, &atlas, &elements, &places)?;
-                shown = Instant::now();
-            }
-        }
-        self.show(&solver, &atlas, &elements, &places)?;
-        let ledger = solver.ledger();
-        Ok(format!(
-            "{} texels, {} shooters in {:.1} s, {:.2} % unabsorbed, balance {:+.2} %",
-            solver.counts()[0],
-            ledger.shooters,
-            started.elapsed().as_secs_f64(),
-            100.0 * ledger.unabsorbed(),
-            100.0 * ledger.balance()
-        ))
+        let geometry = ViewGeometry::with_map(&elements.scene, &elements.tessellation, &atlas.charts)?;
+        let device = (&self.input.device, &self.input.queue);
+        let mut solver = GpuSolver::new(device, &elements.scene, &atlas, light.as_ref(), settings)?;
+        solver.set_submission_time(SUBMISSION_TIME);
+        solver.fill_pages(Stage::Irradiance)?;
+        self.send(LightmapEvent::Shown(Box::new(ShownMap {
+            elements: Elements { geometry: Arc::new(geometry), ..elements.clone() },
+            pages: solver.pages().clone(),
+            page_size: atlas.charts.page_size,
+            page_count: atlas.charts.page_count,
+            hemicubes: solver.hemicube_depth().0.clone(),
+            hemicubes_size: solver.hemicube_depth().1,
+        })));
+        self.solve(&mut solver, &|solver| self.at_vertices(solver, &atlas, &elements, &places))
     }
 
-    fn show(
+    /// Until the window lets go of it.
+    fn solve(
+        &self,
+        solver: &mut GpuSolver,
+        at_vertices: &dyn Fn(&GpuSolver) -> Result<Results, String>,
+    ) -> Result<(), String> {
+        let (mut shown, mut shown_stage) = (Instant::now(), Stage::Irradiance);
+        let mut busy = Duration::ZERO;
+        while !self.shared.ended.load(Relaxed) {
+            if self.shared.reload.swap(false, Relaxed) {
+                let loaded = Shaders::from_folder(std::path::Path::new(SHADER_FOLDER));
+                self.send(LightmapEvent::Reloaded(loaded.and_then(|shaders| solver.reload(&shaders))));
+            }
+            solver.set_unabsorbed(f32::from_bits(self.shared.unabsorbed.load(Relaxed)));
+            let stage = *self.shared.stage.lock().unwrap_or_else(PoisonError::into_inner);
+            let ends = solver.is_done() || self.shared.stopped.load(Relaxed);
+            let begins_to_rest = ends && !self.shared.rests.load(Relaxed);
+            let is_due = self.is_due(solver, shown.elapsed());
+            if begins_to_rest || stage != shown_stage || is_due && !ends && !self.shared.paused.load(Relaxed) {
+                self.show(solver, stage)?;
+                (shown, shown_stage) = (Instant::now(), stage);
+            }
+            if begins_to_rest {
+                let results = Box::new(at_vertices(solver)?);
+                // Told first, so that who sees that it rests finds the field.
+                self.send(LightmapEvent::Rests(summary(solver, busy), results));
+                self.shared.rests.store(true, Relaxed);
+            }
+            if ends || self.shared.paused.load(Relaxed) {
+                std::thread::sleep(Duration::from_millis(10));
+                continue;
+            }
+            self.shared.rests.store(false, Relaxed);
+            let started = Instant::now();
+            solver.submit()?;
+            busy += started.elapsed();
+        }
+        Ok(())
+    }
+
+    fn is_due(&self, solver: &GpuSolver, since: Duration) -> bool {
+        match self.input.settings.update {
+            PageUpdate::Continuous => since >= SHOW_INTERVAL,
+            PageUpdate::Group => solver.is_between_groups() && since >= SHOW_INTERVAL,
+        }
+    }
+
+    fn show(&self, solver: &mut GpuSolver, stage: Stage) -> Result<(), String> {
+        solver.fill_pages(stage)?;
+        self.shared.version.fetch_add(1, Relaxed);
+        self.send(LightmapEvent::Filled(stage));
+        self.send(LightmapEvent::Times(solver.pass_times()));
+        let ledger = solver.ledger();
+        let text = format!("{} shooters, {:.2} % unabsorbed", ledger.shooters, 100.0 * ledger.unabsorbed());
+        self.send(LightmapEvent::Status(text));
+        Ok(())
+    }
+
+    fn at_vertices(
         &self,
         solver: &GpuSolver,
         atlas: &Atlas,
         elements: &Elements,
         places: &[Vec<(u32, Vec2)>],
-    ) -> Result<(), String> {
+    ) -> Result<Results, String> {
         let fields = solver.fields()?;
         let [direct, total] =
             [fields.direct, fields.total].map(|values| pages_of(&atlas.charts, &atlas.texels, &values));
@@ -179,17 +298,7 @@ impl Work {
         let (at_direct, at_total): (Vec<Vec3>, Vec<Vec3>) = (at_vertices(&direct), at_vertices(&total));
         let indirect = at_total.iter().zip(&at_direct).map(|(all, direct)| (*all - *direct).max(Vec3::ZERO)).collect();
         let begun = Results::begun(elements.clone(), self.input.input.clone());
-        let results =
-            Results { total: Arc::new(at_total), bounces: vec![Arc::new(at_direct), Arc::new(indirect)], ..begun };
-        let [width, height] = atlas.charts.page_size;
-        let first = &total[..width as usize * height as usize];
-        let page = picture(first, width, height, &self.input.tone_map);
-        let page = ColorImage::from_rgba_unmultiplied([width as usize, height as usize], page.as_raw());
-        self.send(LightmapEvent::Field { results: Box::new(results), page });
-        let ledger = solver.ledger();
-        let text = format!("{} shooters, {:.2} % unabsorbed", ledger.shooters, 100.0 * ledger.unabsorbed());
-        self.send(LightmapEvent::Status(text));
-        Ok(())
+        Ok(Results { total: Arc::new(at_total), bounces: vec![Arc::new(at_direct), Arc::new(indirect)], ..begun })
     }
 
     fn send(&self, event: LightmapEvent) {
@@ -197,6 +306,20 @@ impl Work {
         let _ = self.sender.send(event);
         (self.wake)();
     }
+}
+
+fn summary(solver: &GpuSolver, busy: Duration) -> String {
+    let (ledger, size) = (solver.ledger(), solver.size());
+    format!(
+        "{} texels, {} MiB, {} shooters in {:.1} s, {:.2} % unabsorbed, balance {:+.2} %, mean {:.4} W/m²",
+        size.texels,
+        size.bytes.div_ceil(1 << 20),
+        ledger.shooters,
+        busy.as_secs_f64(),
+        100.0 * ledger.unabsorbed(),
+        100.0 * ledger.balance(),
+        ledger.arrived.element_sum() / 3.0 / size.square_metres
+    )
 }
 
 /// Where each vertex is read on the scene's triangles: a little inside each element around it.

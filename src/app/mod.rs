@@ -113,6 +113,8 @@ pub struct App {
     /// Where the clicked point's light comes from.
     shares: KnownShares,
     fields: [ViewField; 2],
+    /// The window's device and its queue.
+    device: Option<(wgpu::Device, wgpu::Queue)>,
     /// The views are drawn on the processor's own cores.
     software_driver: bool,
     solving: Option<Solving>,
@@ -159,6 +161,7 @@ impl App {
             lightmap: LightmapPanel::default(),
             shares: KnownShares::default(),
             fields: Default::default(),
+            device: creation.wgpu_render_state.as_ref().map(|state| (state.device.clone(), state.queue.clone())),
             software_driver,
             solving: None,
             loader: Loader::new(creation.egui_ctx.clone()),
@@ -193,7 +196,7 @@ impl App {
 
     /// True while drawing should be cheap: a software driver takes its time from the solver.
     fn saves_time(&self) -> bool {
-        self.software_driver && self.is_working()
+        self.software_driver && (self.is_working() || self.lightmap.is_working())
     }
 
     /// True while a file is read or written.
@@ -268,7 +271,9 @@ impl App {
         let shows_other = self.layout.views[number].source == Source::Other;
         let other = self.other.as_ref().filter(|_| shows_other);
         let results = other.or(self.results.as_ref()).or(self.other.as_ref());
-        let elements = results.map_or(&self.document.elements, |results| &results.elements);
+        let map = self.map_of_view(number);
+        let solved = results.map_or(&self.document.elements, |results| &results.elements);
+        let elements = map.as_ref().map_or(solved, |(shown, _)| &shown.elements);
         let tone_map = self.document.edit.tone_map;
         let ambient = if self.layout.ambient {
             AMBIENT
@@ -277,17 +282,21 @@ impl App {
         } else {
             0.0
         };
+        let shows_colours = map.is_some() && !self.lightmap.filled.is_light();
+        let shading = if shows_colours { gpu::Shading::Plain } else { gpu::Shading::Radiosity };
         let frame = &elements.scene.frame;
+        let buried = results.filter(|_| map.is_none()).and_then(|results| results.buried.clone());
         ViewFrame {
             view: number as u64,
             geometry: elements.geometry.clone(),
             materials: self.document.edit.materials.clone(),
             field: Default::default(),
             field_version: 0,
-            buried: results.and_then(|results| results.buried.clone()),
+            map: map.map(|(_, frame)| frame),
+            buried,
             camera: self.camera.state().to_local(frame),
             size: [0; 2],
-            shading: gpu::Shading::Radiosity,
+            shading,
             tone_map,
             wireframe: false,
             ambient: Vec3::splat(ambient * PI * tone_map.white / tone_map.exposure.exp2()),

@@ -3,7 +3,7 @@
 use clap::Args as _;
 use egui::{DragValue, Slider, Ui};
 
-use super::controls::{optional_row, row, rows};
+use super::controls::{choice_row, optional_row, row, rows};
 use crate::solver::SolveSettings;
 
 /// What the panel has to know of the solve.
@@ -67,22 +67,6 @@ pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
     if ui.button("Reset settings").on_hover_text("Back to the program's own settings").clicked() {
         *settings = SolveSettings::default();
     }
-}
-
-/// A row with one of several named values.
-fn choice_row<Choice: clap::ValueEnum + PartialEq + Copy>(ui: &mut Ui, name: &str, tooltip: &str, chosen: &mut Choice) {
-    let name_of =
-        |choice: Choice| choice.to_possible_value().map_or_else(String::new, |value| String::from(value.get_name()));
-    let label = ui.label(name).on_hover_text(tooltip);
-    let shown = egui::ComboBox::from_id_salt(name).selected_text(name_of(*chosen)).show_ui(ui, |ui| {
-        for known in Choice::value_variants() {
-            let value = known.to_possible_value();
-            let help = value.and_then(|value| value.get_help().map(ToString::to_string)).unwrap_or_default();
-            ui.selectable_value(chosen, *known, name_of(*known)).on_hover_text(help);
-        }
-    });
-    shown.response.labelled_by(label.id).on_hover_text(tooltip);
-    ui.end_row();
 }
 
 #[cfg(test)]

@@ -17,6 +17,8 @@ pub(super) struct Available {
     pub(super) bounces: usize,
     /// There is a solution to compare with.
     pub(super) other: bool,
+    /// There is a lightmap.
+    pub(super) lightmap: bool,
 }
 
 /// Draws the panel and edits the views.
@@ -79,12 +81,18 @@ fn view_ui(ui: &mut Ui, number: usize, view: &mut ViewSettings, available: Avail
         if view.has_legend() {
             range_ui(ui, view);
         }
-        if available.other {
+        if available.other || available.lightmap {
             ui.horizontal_wrapped(|ui| {
-                for (source, name) in
-                    [(Source::Present, "present"), (Source::Other, "other"), (Source::Difference, "difference")]
-                {
-                    ui.selectable_value(&mut view.source, source, name);
+                for (source, name, is_there) in [
+                    (Source::Present, "present", true),
+                    (Source::Other, "other", available.other),
+                    (Source::Difference, "difference", available.other),
+                    (Source::Lightmap, "lightmap", available.lightmap),
+                    (Source::LightmapDifference, "difference to it", available.lightmap),
+                ] {
+                    if is_there {
+                        ui.selectable_value(&mut view.source, source, name);
+                    }
                 }
             });
         }

@@ -179,10 +179,11 @@ fn panel_ui(app: &mut App, ui: &mut Ui, panel: Pane) -> Option<Command> {
         Pane::Assignment => {
             return panel_assignment::ui(ui, assignment, &mut document.edit.settings.engine, picked.is_some());
         }
-        Pane::Lightmap => return lightmap.ui(ui),
+        Pane::Lightmap => return lightmap.ui(ui, &document.edit.tone_map, results.as_ref(), other.as_ref()),
         Pane::View => {
             let bounces = results.as_ref().map_or(0, |results| results.bounces.len());
-            let available = panel_view::Available { bounces, other: other.is_some() };
+            let available =
+                panel_view::Available { bounces, other: other.is_some(), lightmap: lightmap.shown.is_some() };
             return panel_view::ui(ui, layout, &mut document.edit.tone_map, available);
         }
         Pane::Light => return panel_light::ui(ui, document),

@@ -12,7 +12,7 @@ use super::{
     view_settings::{ViewField, ViewSettings},
 };
 use crate::{
-    gpu::{ViewFrame, false_color, paint_callback},
+    gpu::{Shading, ViewFrame, false_color, paint_callback},
     scene::AreaLight,
     solver::one_vertex::VertexRays,
 };
@@ -35,7 +35,7 @@ pub(super) struct Gestures {
 
 /// What the views show.
 pub(super) struct Scenery<'a> {
-    /// What is drawn in each view; of its parts, the views set `view`, `field`, `shading`, `wireframe` and `buried`.
+    /// What is drawn in each view; of its parts, the views set `view`, `field`, `shading` (unless it is plain), `wireframe` and `buried`.
     pub(super) frames: [ViewFrame; 2],
     /// The fields of both.
     pub(super) fields: [&'a ViewField; 2],
@@ -82,7 +82,9 @@ fn view_ui(
     let (field, mut frame) = (scenery.fields[number], scenery.frames[number].clone());
     frame.field.clone_from(&field.field);
     frame.field_version = field.version;
-    frame.shading = settings.shading(field.bright);
+    if frame.shading != Shading::Plain {
+        frame.shading = settings.shading(field.bright);
+    }
     frame.wireframe = settings.wireframe;
     if !settings.buried {
         frame.buried = None;

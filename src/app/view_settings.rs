@@ -117,6 +117,17 @@ pub enum Source {
     Other,
     /// How far they are apart at each vertex.
     Difference,
+    /// The lightmap, texel by texel.
+    Lightmap,
+    /// How far the lightmap is from the present one, pixel by pixel.
+    LightmapDifference,
+}
+
+impl Source {
+    /// True if the lightmap's pages are read.
+    pub fn is_lightmap(self) -> bool {
+        matches!(self, Self::Lightmap | Self::LightmapDifference)
+    }
 }
 
 /// The settings of one view.
@@ -155,6 +166,9 @@ impl Default for ViewSettings {
         }
     }
 }
+
+/// The part of a field that differences to the lightmap are expected to stay below.
+const DIFFERENCE_PART: f32 = 0.1;
 
 /// A field for a view, with what it was made of, so that it is made again only if that changed.
 #[derive(Clone)]
@@ -198,6 +212,9 @@ impl ViewField {
             _ => field_of(settings, present),
         };
         self.bright = bright_value(&self.field);
+        if settings.source == Source::LightmapDifference {
+            self.bright *= DIFFERENCE_PART;
+        }
         self.version += 1;
         self.made_of = Some(made_of);
     }
@@ -280,7 +297,9 @@ impl ViewSettings {
 
     /// True if false colours are shown.
     pub fn has_legend(&self) -> bool {
-        let asked = self.false_colour || self.source == Source::Difference || self.shown.is_error();
+        let asked = self.false_colour
+            || matches!(self.source, Source::Difference | Source::LightmapDifference)
+            || self.shown.is_error();
         asked && !self.shown.is_unlit()
     }
 
@@ -302,6 +321,8 @@ impl ViewSettings {
             Source::Present => title,
             Source::Other => format!("{title}, other solution"),
             Source::Difference => format!("{title}, difference [W/m²]"),
+            Source::Lightmap => format!("{title}, lightmap"),
+            Source::LightmapDifference => format!("{title}, difference to the lightmap [W/m²]"),
         }
     }
 }

@@ -22,7 +22,7 @@ use crate::{
     files::lightmap_export::{SOLUTION_NAME, write_lightmap},
     gpu::{
         device::{self, FoundDevice},
-        lightmap::{GpuLedger, GpuSolver},
+        lightmap::{GpuSolver, timing::PassTime},
     },
     lightmap::{Atlas, GpuSettings, LightmapSettings, pages_of},
     scene::area_light::AreaLightState,
@@ -73,14 +73,20 @@ pub struct LightmapReport {
     pub groups: usize,
     /// Shooters in all.
     pub shooters: u64,
-    /// Submissions to the device.
+    /// Batches of shooters that were chosen together.
     pub batches: u64,
+    /// Submissions to the device.
+    pub submissions: u64,
+    /// Memory on the device, in MiB.
+    pub device_mebibytes: u64,
     /// Seconds to unwrap and measure the texels.
     pub atlas_seconds: f64,
     /// Seconds to solve.
     pub solve_seconds: f64,
     /// The longest submission, in seconds.
-    pub longest_batch_seconds: f64,
+    pub longest_submission_seconds: f64,
+    /// What each pass took on the device, if that has a clock.
+    pub passes: Option<Vec<PassTime>>,
     /// Fraction of the emitted power that is unabsorbed.
     pub unabsorbed: f64,
     /// Fraction that left the scene.
@@ -112,11 +118,8 @@ pub fn run(args: &LightmapArgs, matches: &ArgMatches) -> anyhow::Result<Outcome>
     let local_light = light.map(|light| light.to_local(&loaded.scene.frame));
     let solver = GpuSolver::new((&opened.0, &opened.1), &loaded.scene, &atlas, local_light.as_ref(), &args.settings);
     let mut solver = solver.map_err(anyhow::Error::msg)?;
-    let mut longest = 0.0_f64;
     while !solver.is_done() && !cancelled.load(Relaxed) {
-        let batch = Instant::now();
-        solver.step().map_err(anyhow::Error::msg)?;
-        longest = longest.max(batch.elapsed().as_secs_f64());
+        solver.submit().map_err(anyhow::Error::msg)?;
         show(&mut progress, &solver, started);
     }
     let complete = solver.is_done();
@@ -125,21 +128,24 @@ pub fn run(args: &LightmapArgs, matches: &ArgMatches) -> anyhow::Result<Outcome>
     let solve_seconds = started.elapsed().as_secs_f64();
     write_lightmap(&args.output, &loaded.scene, &solution, &loaded.tone_map)?;
     let ledger = *solver.ledger();
-    let [texels, groups, _] = solver.counts();
+    let (size, (submissions, longest)) = (solver.size(), solver.submissions());
     let report = LightmapReport {
         info: solution.info,
         device: name(&device),
         page_size: solution.charts.page_size,
         pages: solution.charts.page_count,
-        texels,
-        groups,
+        texels: size.texels,
+        groups: size.groups,
         shooters: ledger.shooters,
         batches: ledger.batches,
+        submissions,
+        device_mebibytes: size.bytes.div_ceil(1 << 20),
         atlas_seconds,
         solve_seconds,
-        longest_batch_seconds: longest,
+        longest_submission_seconds: longest.as_secs_f64(),
+        passes: solver.pass_times(),
         unabsorbed: ledger.unabsorbed(),
-        escaped: fraction(&ledger),
+        escaped: ledger.escaped_part(),
         balance: ledger.balance(),
     };
     if args.json {
@@ -148,10 +154,6 @@ pub fn run(args: &LightmapArgs, matches: &ArgMatches) -> anyhow::Result<Outcome>
         print_summary(&report, &args.output);
     }
     Ok(if complete { Outcome::Done } else { Outcome::Cancelled })
-}
-
-fn fraction(ledger: &GpuLedger) -> f64 {
-    crate::math::ratio_or_zero(ledger.escaped.element_sum(), ledger.emitted.element_sum())
 }
 
 fn name(device: &FoundDevice) -> String {
@@ -246,11 +248,15 @@ fn print_summary(report: &LightmapReport, folder: &Path) {
     let [width, height] = report.page_size;
     println!("lightmap   {} texels on {} pages of {width} × {height}", report.texels, report.pages);
     println!("device     {}", report.device);
+    println!("memory     {} MiB on the device", report.device_mebibytes);
     println!("shooters   {} in {} batches; {} groups of texels", report.shooters, report.batches, report.groups);
     println!(
-        "seconds    {:.3} atlas, {:.3} solve; the longest batch {:.3}",
-        report.atlas_seconds, report.solve_seconds, report.longest_batch_seconds
+        "seconds    {:.3} atlas, {:.3} solve; the longest of {} submissions {:.3}",
+        report.atlas_seconds, report.solve_seconds, report.submissions, report.longest_submission_seconds
     );
+    for PassTime { pass, runs, seconds } in report.passes.iter().flatten() {
+        println!("           {seconds:.3} {pass}, {runs} times");
+    }
     println!(
         "power      {:.2} % unabsorbed, {:.2} % escaped, balance {:+.3} %",
         100.0 * report.unabsorbed,

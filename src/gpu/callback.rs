@@ -6,7 +6,10 @@
 use eframe::egui_wgpu::{CallbackResources, CallbackTrait, RenderState, ScreenDescriptor};
 use egui::{PaintCallback, PaintCallbackInfo, Rect};
 
-use super::{ViewFrame, Viewer};
+use super::{
+    ViewFrame, Viewer,
+    map_picture::{MapPicture, MapPictureFrame},
+};
 
 /// Makes the window able to show views: call once, when the window is made, with `CreationContext::wgpu_render_state`.
 pub fn install(render_state: &RenderState) {
@@ -54,6 +57,42 @@ impl CallbackTrait for Shown {
     fn paint(&self, _info: PaintCallbackInfo, pass: &mut wgpu::RenderPass<'static>, resources: &CallbackResources) {
         if let Some(viewer) = resources.get::<Viewer>() {
             viewer.show(pass, self.frame.view);
+        }
+    }
+}
+
+/// The shape that shows a page of a lightmap or a batch's hemicubes in `rect` (points); sets its place and size. At most
+/// one a frame. Nothing is shown where [`install`] was not called.
+pub fn picture_callback(rect: Rect, pixels_per_point: f32, mut frame: MapPictureFrame) -> PaintCallback {
+    let pixel = |points: f32| (points * pixels_per_point).round() as i32;
+    frame.origin = [pixel(rect.left()), pixel(rect.top())];
+    let far = [pixel(rect.right()), pixel(rect.bottom())];
+    frame.size = std::array::from_fn(|axis| (far[axis] - frame.origin[axis]).max(0) as u32);
+    eframe::egui_wgpu::Callback::new_paint_callback(rect, Picture(frame))
+}
+
+struct Picture(MapPictureFrame);
+
+impl CallbackTrait for Picture {
+    fn prepare(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        _screen: &ScreenDescriptor,
+        _encoder: &mut wgpu::CommandEncoder,
+        resources: &mut CallbackResources,
+    ) -> Vec<wgpu::CommandBuffer> {
+        let format = resources.get::<Viewer>().map(Viewer::target_format);
+        if let Some(format) = format {
+            let picture = resources.entry::<MapPicture>().or_insert_with(|| MapPicture::new(device, format));
+            picture.prepare(device, queue, &self.0);
+        }
+        Vec::new()
+    }
+
+    fn paint(&self, _info: PaintCallbackInfo, pass: &mut wgpu::RenderPass<'static>, resources: &CallbackResources) {
+        if let Some(picture) = resources.get::<MapPicture>() {
+            picture.record(pass);
         }
     }
 }

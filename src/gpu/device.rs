@@ -32,20 +32,23 @@ pub fn devices() -> Vec<FoundDevice> {
     found
 }
 
+/// What a device with these limits lacks for solving, if anything.
+pub fn missing_limit(limits: &wgpu::Limits) -> Option<&'static str> {
+    if limits.max_storage_buffers_per_shader_stage < 8 {
+        Some("has fewer than 8 storage buffers a shader")
+    } else if limits.max_compute_invocations_per_workgroup < 256 {
+        Some("runs fewer than 256 invocations a workgroup")
+    } else {
+        None
+    }
+}
+
 impl FoundDevice {
     fn new(adapter: wgpu::Adapter) -> Self {
         let (info, limits) = (adapter.get_info(), adapter.limits());
         let flags = adapter.get_downlevel_capabilities().flags;
         let has_compute = flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS);
-        let problem = if !has_compute {
-            Some("has no compute shaders")
-        } else if limits.max_storage_buffers_per_shader_stage < 8 {
-            Some("has fewer than 8 storage buffers a shader")
-        } else if limits.max_compute_invocations_per_workgroup < 256 {
-            Some("runs fewer than 256 invocations a workgroup")
-        } else {
-            None
-        };
+        let problem = if has_compute { missing_limit(&limits) } else { Some("has no compute shaders") };
         Self { info, limits, problem: problem.map(String::from), adapter }
     }
 
@@ -56,6 +59,7 @@ impl FoundDevice {
     pub fn open(&self) -> Result<(wgpu::Device, wgpu::Queue), String> {
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("headless"),
+            required_features: self.adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: wgpu::Limits {
                 max_storage_buffer_binding_size: self.limits.max_storage_buffer_binding_size,
                 max_buffer_size: self.limits.max_buffer_size,

@@ -30,6 +30,21 @@ pub enum Shading {
     /// The field's luminance in false colours ([`false_color::color`]). A scalar field is shown by giving its value
     /// to all three bands: that is its own luminance.
     FalseColor(FalseColorRange),
+    /// The field's own values, as sRGB-coded colours.
+    Plain,
+}
+
+/// A lightmap whose pages are on the card.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapFrame {
+    /// The pages: [`super::lightmap::GpuSolver::pages`].
+    pub pages: wgpu::Buffer,
+    /// The view is drawn again when this number differs from the last frame's.
+    pub version: u64,
+    /// The absolute difference to the field at the vertices is shown.
+    pub difference: bool,
+    /// The nearest texel, and not the four around.
+    pub nearest: bool,
 }
 
 /// The values at the two ends of the false colours.
@@ -66,6 +81,8 @@ pub struct ViewFrame {
     pub field: Arc<Vec<Vec3>>,
     /// The field is uploaded when this number or the geometry differs from the last frame's.
     pub field_version: u64,
+    /// Instead of the field: a lightmap, for a geometry that knows its places ([`ViewGeometry::with_map`]).
+    pub map: Option<MapFrame>,
     /// True for vertices that are buried: elements around them are hatched. Uploaded when this is another `Arc`.
     pub buried: Option<Arc<Vec<bool>>>,
     /// The camera.

@@ -6,7 +6,10 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::coarse::{Coarse, coarse};
-use crate::scene::{Scene, Tessellation};
+use crate::{
+    lightmap::Charts,
+    scene::{Scene, Tessellation},
+};
 
 /// No more elements than this can be drawn: their indices fill WebGPU's largest buffer, 256 MiB.
 pub const MAX_DRAWN_ELEMENTS: usize = 20_000_000;
@@ -14,8 +17,8 @@ pub const MAX_DRAWN_ELEMENTS: usize = 20_000_000;
 /// The elements of a tessellation, ready to be uploaded. Making one takes a moment for a large mesh and can be done on
 /// any thread; it holds no resources of the card, so it outlives a lost device.
 ///
-/// The first vertices are the tessellation's. Where corners at one vertex differ in texture coordinates, copies of
-/// it follow.
+/// The first vertices are the tessellation's. Where corners at one vertex differ in texture coordinates, or in their place
+/// on a lightmap, copies of it follow.
 pub struct ViewGeometry {
     /// For its textures.
     pub(super) scene: Arc<Scene>,
@@ -23,6 +26,8 @@ pub struct ViewGeometry {
     /// Signed 16-bit fractions.
     pub(super) normals: Vec<[i16; 4]>,
     pub(super) texcoords: Vec<Vec2>,
+    /// Column, row and page of each vertex on a lightmap; empty without one.
+    pub(super) map_places: Vec<Vec3>,
     /// The tessellation's vertex that each vertex after the tessellation's own is a copy of.
     pub(super) copies: Vec<u32>,
     /// Number of the tessellation's vertices.
@@ -50,6 +55,18 @@ impl ViewGeometry {
     /// # Errors
     /// One line, if there are more than [`MAX_DRAWN_ELEMENTS`].
     pub fn new(scene: &Arc<Scene>, tessellation: &Tessellation) -> Result<Self, String> {
+        Self::with_places(scene, tessellation, None)
+    }
+
+    /// The same for elements that show a lightmap as well.
+    ///
+    /// # Errors
+    /// As [`ViewGeometry::new`].
+    pub fn with_map(scene: &Arc<Scene>, tessellation: &Tessellation, charts: &Charts) -> Result<Self, String> {
+        Self::with_places(scene, tessellation, Some(charts))
+    }
+
+    fn with_places(scene: &Arc<Scene>, tessellation: &Tessellation, charts: Option<&Charts>) -> Result<Self, String> {
         let mesh = &tessellation.mesh;
         let count = mesh.triangles.len().max(mesh.positions.len());
         if count > MAX_DRAWN_ELEMENTS {
@@ -60,7 +77,7 @@ impl ViewGeometry {
         }
         let draws = material_draws(&mesh.material_indices, scene.materials.len());
         let mut corners = Corners::new(mesh.positions.len());
-        let indices = sorted_triangles(scene, tessellation, &draws, &mut corners);
+        let indices = sorted_triangles(scene, (tessellation, charts), &draws, &mut corners);
         let copied = |field_index: &u32| *field_index as usize;
         let mut positions = mesh.positions.clone();
         positions.extend(corners.copies.iter().map(|index| mesh.positions[copied(index)]));
@@ -71,9 +88,11 @@ impl ViewGeometry {
         Ok(Self {
             scene: Arc::clone(scene),
             normals,
-            texcoords: corners.texcoords,
+            texcoords: corners.places.iter().map(|place| place.texcoord).collect(),
+            map_places: charts.map_or(Vec::new(), |_| corners.places.iter().map(|place| place.on_map).collect()),
             copies: corners.copies,
-            coarse: coarse(&positions, &indices, &draws, typical_edge),
+            // Merged across the edges of charts, vertices would read the map in between.
+            coarse: if charts.is_none() { coarse(&positions, &indices, &draws, typical_edge) } else { None },
             positions,
             field_len: mesh.positions.len(),
             indices,
@@ -95,7 +114,7 @@ impl ViewGeometry {
 
     /// Bytes that the geometry takes on the card, without textures and fields.
     pub fn bytes(&self) -> usize {
-        self.positions.len() * 28 + self.indices.len() * 12 + self.edges.len() * 8
+        self.positions.len() * 28 + self.map_places.len() * 12 + self.indices.len() * 12 + self.edges.len() * 8
     }
 
     /// Median length of the elements' edges, in local units.
@@ -131,7 +150,7 @@ fn material_draws(material_indices: &[u32], material_count: usize) -> Vec<Materi
 /// The triangles sorted by material, with vertices that also agree in texture coordinates.
 fn sorted_triangles(
     scene: &Scene,
-    tessellation: &Tessellation,
+    (tessellation, charts): (&Tessellation, Option<&Charts>),
     draws: &[MaterialDraw],
     corners: &mut Corners,
 ) -> Vec<[u32; 3]> {
@@ -148,10 +167,16 @@ fn sorted_triangles(
     let mut sorted = vec![[0; 3]; mesh.triangles.len()];
     for (element, (vertices, material)) in mesh.triangles.iter().zip(&mesh.material_indices).enumerate() {
         let material = *material as usize;
-        sorted[next[material] as usize] = if textured[material] {
+        sorted[next[material] as usize] = if textured[material] || charts.is_some() {
             let triangle = tessellation.scene_triangle[element];
-            let texcoords = tessellation.corner_barycentrics[element].map(|place| scene.mesh.texcoord(triangle, place));
-            std::array::from_fn(|corner| corners.vertex(vertices[corner], texcoords[corner]))
+            let place = |place: Vec2| CornerPlace {
+                texcoord: if textured[material] { scene.mesh.texcoord(triangle, place) } else { Vec2::ZERO },
+                on_map: charts.map_or(Vec3::ZERO, |charts| {
+                    charts.map_point(triangle, place).extend(charts.pages[triangle as usize] as f32)
+                }),
+            };
+            let places = tessellation.corner_barycentrics[element].map(place);
+            std::array::from_fn(|corner| corners.vertex(vertices[corner], places[corner]))
         } else {
             *vertices
         };
@@ -160,11 +185,19 @@ fn sorted_triangles(
     sorted
 }
 
-/// Vertices by texture coordinates: each vertex, then a chain of copies of it.
+/// Where a corner of an element lies on pictures.
+#[derive(Clone, Copy, Default, PartialEq)]
+struct CornerPlace {
+    texcoord: Vec2,
+    /// Column, row and page on the lightmap.
+    on_map: Vec3,
+}
+
+/// Vertices by their places on pictures: each vertex, then a chain of copies of it.
 struct Corners {
-    texcoords: Vec<Vec2>,
+    places: Vec<CornerPlace>,
     copies: Vec<u32>,
-    /// The next copy of the same vertex, or [`UNUSED`] where the vertex has no texture coordinates yet, or [`LAST`].
+    /// The next copy of the same vertex, or [`UNUSED`] where the vertex has no place yet, or [`LAST`].
     next: Vec<u32>,
     vertex_count: u32,
 }
@@ -175,27 +208,27 @@ const LAST: u32 = u32::MAX - 1;
 impl Corners {
     fn new(vertex_count: usize) -> Self {
         Self {
-            texcoords: vec![Vec2::ZERO; vertex_count],
+            places: vec![CornerPlace::default(); vertex_count],
             copies: Vec::new(),
             next: vec![UNUSED; vertex_count],
             vertex_count: vertex_count as u32,
         }
     }
 
-    /// The vertex, or the copy of it, with these texture coordinates.
-    fn vertex(&mut self, vertex: u32, texcoord: Vec2) -> u32 {
+    /// The vertex, or the copy of it, with this place.
+    fn vertex(&mut self, vertex: u32, wanted: CornerPlace) -> u32 {
         let mut place = vertex as usize;
         if self.next[place] == UNUSED {
             self.next[place] = LAST;
-            self.texcoords[place] = texcoord;
+            self.places[place] = wanted;
             return vertex;
         }
-        while self.texcoords[place] != texcoord {
+        while self.places[place] != wanted {
             if self.next[place] == LAST {
                 let copy = self.vertex_count + self.copies.len() as u32;
                 self.next[place] = copy;
                 self.copies.push(vertex);
-                self.texcoords.push(texcoord);
+                self.places.push(wanted);
                 self.next.push(LAST);
                 return copy;
             }

@@ -11,6 +11,7 @@ pub struct MeshBuffers {
     pub(super) positions: wgpu::Buffer,
     pub(super) normals: wgpu::Buffer,
     pub(super) texcoords: wgpu::Buffer,
+    pub(super) map_places: Option<wgpu::Buffer>,
     pub(super) triangles: Triangles,
     /// What takes the place of many triangles for a moment.
     pub(super) coarse: Option<Triangles>,
@@ -53,6 +54,8 @@ impl MeshBuffers {
             positions: buffer("positions", bytemuck::cast_slice(&geometry.positions), vertex),
             normals: buffer("normals", bytemuck::cast_slice(&geometry.normals), vertex),
             texcoords: buffer("texture coordinates", bytemuck::cast_slice(&geometry.texcoords), vertex),
+            map_places: (!geometry.map_places.is_empty())
+                .then(|| buffer("map places", bytemuck::cast_slice(&geometry.map_places), vertex)),
             triangles: triangles(&geometry.indices, &geometry.draws),
             coarse: geometry.coarse.as_ref().map(|coarse| triangles(&coarse.indices, &coarse.draws)),
             edges: buffer("edges", bytemuck::cast_slice(&geometry.edges), index),

@@ -19,6 +19,10 @@ use crate::{
 
 /// The shader.
 pub const WGSL: &str = include_str!("mesh_view.wgsl");
+/// Its part for a field at the vertices.
+pub const VERTEX_FIELD_WGSL: &str = include_str!("vertex_field.wgsl");
+/// Its part for a lightmap.
+pub const MAP_FIELD_WGSL: &str = include_str!("map_field.wgsl");
 
 /// Uniforms of a material, laid out as `MaterialUniforms` in `mesh_view.wgsl`.
 #[repr(C)]
@@ -58,8 +62,16 @@ pub(super) struct Variant {
     logarithmic: bool,
     ambient: bool,
     buried: bool,
+    map: Option<MapVariant>,
     reflectance_filter: u32,
     opacity_filter: u32,
+}
+
+/// What a pipeline for a lightmap is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct MapVariant {
+    difference: bool,
+    nearest: bool,
 }
 
 impl Variant {
@@ -71,6 +83,7 @@ impl Variant {
             Shading::Albedo => (2, false),
             Shading::Normals => (3, false),
             Shading::FalseColor(range) => (4, range.logarithmic),
+            Shading::Plain => (5, false),
         };
         let tone_mapped = shading < 2;
         Self {
@@ -81,6 +94,7 @@ impl Variant {
             logarithmic,
             ambient: tone_mapped && frame.ambient != Vec3::ZERO,
             buried: frame.buried.is_some(),
+            map: frame.map.as_ref().map(|map| MapVariant { difference: map.difference, nearest: map.nearest }),
             reflectance_filter: 0,
             opacity_filter: 0,
         }
@@ -102,9 +116,9 @@ impl Variant {
     }
 
     /// The shader's constants.
-    fn constants(self) -> [(&'static str, f64); 9] {
+    fn constants(self) -> Vec<(&'static str, f64)> {
         let flag = |set| f64::from(u8::from(set));
-        [
+        let mut constants = vec![
             ("SHADING", f64::from(self.shading)),
             ("FILMIC", flag(self.filmic)),
             ("GAMMA", flag(self.gamma)),
@@ -114,7 +128,11 @@ impl Variant {
             ("REFLECTANCE_FILTER", f64::from(self.reflectance_filter)),
             ("OPACITY_FILTER", f64::from(self.opacity_filter)),
             ("SEVERAL_SAMPLES", flag(self.samples > 1)),
-        ]
+        ];
+        if let Some(map) = self.map {
+            constants.extend([("DIFFERENCE", flag(map.difference)), ("NEAREST_TEXEL", flag(map.nearest))]);
+        }
+        constants
     }
 }
 
@@ -168,36 +186,83 @@ pub(super) struct MeshInputs<'a> {
     pub(super) materials: &'a [Material],
     pub(super) material_group: &'a wgpu::BindGroup,
     pub(super) material_stride: u32,
+    /// The pages, for a lightmap.
+    pub(super) pages: Option<&'a wgpu::BindGroup>,
 }
 
-/// The streams of vertices: bytes a vertex, and format.
-const STREAMS: [(u64, wgpu::VertexFormat); 5] = [
+/// The streams of vertices: bytes a vertex, and format. Without a lightmap the last one is the irradiance once more.
+const STREAMS: [(u64, wgpu::VertexFormat); 6] = [
     (12, wgpu::VertexFormat::Float32x3),
     (8, wgpu::VertexFormat::Snorm16x4),
     (8, wgpu::VertexFormat::Float32x2),
     (12, wgpu::VertexFormat::Float32x3),
     (4, wgpu::VertexFormat::Float32),
+    (12, wgpu::VertexFormat::Float32x3),
 ];
 
 /// The pipelines, made when they are first needed.
 pub(super) struct MeshView {
+    at_vertices: Shader,
+    /// Made with the first lightmap: its layout asks for what old devices do not have.
+    on_map: Option<(Shader, wgpu::BindGroupLayout)>,
+    pipelines: BTreeMap<Variant, wgpu::RenderPipeline>,
+}
+
+struct Shader {
     module: wgpu::ShaderModule,
     layout: wgpu::PipelineLayout,
-    pipelines: BTreeMap<Variant, wgpu::RenderPipeline>,
+}
+
+impl Shader {
+    fn new(device: &wgpu::Device, layouts: &Layouts, field: &str, pages: Option<&wgpu::BindGroupLayout>) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("mesh view"),
+            source: wgpu::ShaderSource::Wgsl(format!("{FRAME_WGSL}{WGSL}{field}").into()),
+        });
+        let mut groups = vec![Some(&layouts.frame), Some(&layouts.material), Some(&layouts.textures)];
+        groups.extend(pages.map(Some));
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("mesh view"),
+            bind_group_layouts: &groups,
+            immediate_size: 0,
+        });
+        Self { module, layout }
+    }
 }
 
 impl MeshView {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("mesh view"),
-            source: wgpu::ShaderSource::Wgsl(format!("{FRAME_WGSL}{WGSL}").into()),
+        let at_vertices = Shader::new(device, layouts, VERTEX_FIELD_WGSL, None);
+        Self { at_vertices, on_map: None, pipelines: BTreeMap::new() }
+    }
+
+    /// Binds the pages of a lightmap.
+    pub(super) fn bind_pages(
+        &mut self,
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        pages: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        let (_, layout) = self.on_map.get_or_insert_with(|| {
+            let entry = wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::FRAGMENT,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only: true },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
+            };
+            let layout = device
+                .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("pages"), entries: &[entry] });
+            (Shader::new(device, layouts, MAP_FIELD_WGSL, Some(&layout)), layout)
         });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("mesh view"),
-            bind_group_layouts: &[Some(&layouts.frame), Some(&layouts.material), Some(&layouts.textures)],
-            immediate_size: 0,
-        });
-        Self { module, layout, pipelines: BTreeMap::new() }
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("pages"),
+            layout,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: pages.as_entire_binding() }],
+        })
     }
 
     /// Makes the pipelines that these materials need, for any number of samples: else the first frame of a solve, which
@@ -214,22 +279,24 @@ impl MeshView {
     }
 
     fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
-        let mut attributes = [[wgpu::VertexAttribute { format: STREAMS[0].1, offset: 0, shader_location: 0 }]; 5];
+        let at_vertices = &self.at_vertices;
+        let shader = self.on_map.as_ref().filter(|_| variant.map.is_some()).map_or(at_vertices, |(shader, _)| shader);
+        let mut attributes = [[wgpu::VertexAttribute { format: STREAMS[0].1, offset: 0, shader_location: 0 }]; 6];
         for (location, (attribute, (_, format))) in (0..).zip(attributes.iter_mut().zip(STREAMS)) {
             attribute[0].format = format;
             attribute[0].shader_location = location;
         }
         let step_mode = wgpu::VertexStepMode::Vertex;
-        let buffers: [_; 5] = std::array::from_fn(|slot| {
+        let buffers: [_; 6] = std::array::from_fn(|slot| {
             Some(wgpu::VertexBufferLayout { array_stride: STREAMS[slot].0, step_mode, attributes: &attributes[slot] })
         });
         let constants = variant.constants();
         let options = || wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
         device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("mesh view"),
-            layout: Some(&self.layout),
+            layout: Some(&shader.layout),
             vertex: wgpu::VertexState {
-                module: &self.module,
+                module: &shader.module,
                 entry_point: Some("vertex"),
                 compilation_options: options(),
                 buffers: &buffers,
@@ -238,7 +305,7 @@ impl MeshView {
             depth_stencil: Some(Targets::depth_state(wgpu::CompareFunction::Greater)),
             multisample: Targets::multisample(variant.samples),
             fragment: Some(wgpu::FragmentState {
-                module: &self.module,
+                module: &shader.module,
                 entry_point: Some("fragment"),
                 compilation_options: options(),
                 targets: &[Some(Targets::COLOR_FORMAT.into())],
@@ -257,7 +324,11 @@ impl MeshView {
         (triangles, range): (&Triangles, Range<u32>),
     ) {
         pass.set_bind_group(0, inputs.frame, &[]);
-        let streams = [&mesh.positions, &mesh.normals, &mesh.texcoords, inputs.irradiance, inputs.buried];
+        let map_places = mesh.map_places.as_ref().unwrap_or(inputs.irradiance);
+        let streams = [&mesh.positions, &mesh.normals, &mesh.texcoords, inputs.irradiance, inputs.buried, map_places];
+        if let Some(pages) = inputs.pages {
+            pass.set_bind_group(3, pages, &[]);
+        }
         for (slot, stream) in (0..).zip(streams) {
             pass.set_vertex_buffer(slot, stream.slice(..));
         }

@@ -1,4 +1,4 @@
-// The elements. Comes after frame.wgsl.
+// The elements. Comes after frame.wgsl; vertex_field.wgsl or map_field.wgsl, which say where the field is, come after it.
 
 // The same fields as MaterialUniforms in mesh_view.rs.
 struct MaterialUniforms {
@@ -27,6 +27,7 @@ const RADIOSITY = 0u;
 const IRRADIANCE = 1u;
 const ALBEDO = 2u;
 const NORMALS = 3u;
+const PLAIN = 5u;
 
 const NO_TEXTURE = 0u;
 const BILINEAR = 2u;
@@ -43,6 +44,8 @@ struct VertexIn {
     @location(2) texcoord: vec2f,
     @location(3) irradiance: vec3f,
     @location(4) buried: f32,
+    // Column, row and page on the lightmap, if there is one.
+    @location(5) map_place: vec3f,
 }
 
 struct Fragment {
@@ -51,6 +54,8 @@ struct Fragment {
     @location(1) texcoord: vec2f,
     @location(2) irradiance: vec3f,
     @location(3) buried: f32,
+    // Not outside of the triangle, where the map has another chart.
+    @location(4) @interpolate(perspective, centroid) map_place: vec3f,
 }
 
 @vertex
@@ -70,13 +75,16 @@ fn vertex(in: VertexIn) -> Fragment {
     if BURIED {
         out.buried = in.buried;
     }
+    if HAS_MAP {
+        out.map_place = in.map_place;
+    }
     return out;
 }
 
 @fragment
 fn fragment(in: Fragment) -> @location(0) vec4f {
     if OPACITY_FILTER != NO_TEXTURE {
-        if material.opacity * read(opacity_texture, in.texcoord, OPACITY_FILTER, 1.0).a < 0.5 {
+        if material.opacity * read_texture(opacity_texture, in.texcoord, OPACITY_FILTER, 1.0).a < 0.5 {
             discard;
         }
     }
@@ -91,6 +99,9 @@ fn fragment(in: Fragment) -> @location(0) vec4f {
 
 // sRGB-coded colour of a point.
 fn surface_color(in: Fragment) -> vec3f {
+    if SHADING == PLAIN {
+        return field(in);
+    }
     if SHADING == RADIOSITY {
         return tone_map(material.emitted_radiance + reflectance(in.texcoord) * irradiance(in) / PI);
     }
@@ -103,14 +114,14 @@ fn surface_color(in: Fragment) -> vec3f {
     if SHADING == NORMALS {
         return 0.5 * normalize(in.normal) + 0.5;
     }
-    return false_color(dot(in.irradiance, vec3f(0.2126, 0.7152, 0.0722)));
+    return false_color(dot(field(in), vec3f(0.2126, 0.7152, 0.0722)));
 }
 
 fn irradiance(in: Fragment) -> vec3f {
     if AMBIENT {
-        return in.irradiance + frame.ambient.rgb * (0.55 + 0.45 * dot(normalize(in.normal), AMBIENT_SIDE));
+        return field(in) + frame.ambient.rgb * (0.55 + 0.45 * dot(normalize(in.normal), AMBIENT_SIDE));
     }
-    return in.irradiance;
+    return field(in);
 }
 
 fn reflectance(texcoord: vec2f) -> vec3f {
@@ -129,11 +140,11 @@ fn reflectance(texcoord: vec2f) -> vec3f {
 }
 
 fn texel_color(texcoord: vec2f) -> vec3f {
-    return read(reflectance_texture, texcoord, REFLECTANCE_FILTER, material.largest_texel).rgb;
+    return read_texture(reflectance_texture, texcoord, REFLECTANCE_FILTER, material.largest_texel).rgb;
 }
 
 // Texture::sample: repeating; rows from the top, v from the bottom; texels brought down to `largest`.
-fn read(picture: texture_2d<f32>, texcoord: vec2f, texture_filter: u32, largest: f32) -> vec4f {
+fn read_texture(picture: texture_2d<f32>, texcoord: vec2f, texture_filter: u32, largest: f32) -> vec4f {
     let size = vec2f(textureDimensions(picture));
     let wrapped = texcoord - floor(texcoord);
     if texture_filter != BILINEAR {

@@ -4,8 +4,9 @@
 //! it), [`light_view`] (the placed area light) and [`blit`] (a finished picture into the window). [`viewer`] is the only
 //! file that knows their order. Group 0 of every shader of a view is `frame.wgsl`: camera, tone map, what is shown.
 //!
-//! Nothing here needs more than WebGPU's core, so it also runs on OpenGL: no storage buffers, no compute shaders. The
-//! field is a stream of vertices that is written again when it changes.
+//! A view of a field at the vertices needs no more than old OpenGL has: no storage buffers, no compute shaders. The field is
+//! a stream of vertices that is written again when it changes. A view of a lightmap reads its pages where the solver left
+//! them ([`frame::MapFrame`]); [`map_picture`] shows the pages themselves.
 
 pub mod blit;
 #[cfg(feature = "app")]
@@ -17,6 +18,7 @@ pub mod frame;
 pub mod geometry;
 pub mod light_view;
 pub mod lightmap;
+pub mod map_picture;
 pub mod mesh_buffers;
 pub mod mesh_view;
 mod part;
@@ -27,8 +29,8 @@ pub mod viewer;
 pub mod wireframe;
 
 #[cfg(feature = "app")]
-pub use callback::{install, is_software, paint_callback};
-pub use frame::{FalseColorRange, Shading, ViewFrame};
+pub use callback::{install, is_software, paint_callback, picture_callback};
+pub use frame::{FalseColorRange, MapFrame, Shading, ViewFrame};
 pub use geometry::ViewGeometry;
 pub use projection::{project, view_projection};
 pub use viewer::Viewer;

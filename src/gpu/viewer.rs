@@ -11,7 +11,7 @@ use glam::Vec3;
 use super::{
     ViewFrame, ViewGeometry,
     blit::{Blit, BlitInputs},
-    frame::{FrameUniforms, SAMPLE_COUNTS},
+    frame::{FrameUniforms, MapFrame, SAMPLE_COUNTS},
     light_view::LightView,
     mesh_buffers::{MeshBuffers, Triangles},
     mesh_view::{Layouts, MaterialUniforms, MeshInputs, MeshView, Variant},
@@ -28,6 +28,7 @@ const MATERIAL_STRIDE: usize = 256;
 pub struct Viewer {
     layouts: Layouts,
     blit: Blit,
+    target_format: wgpu::TextureFormat,
     mesh_pass: MeshView,
     /// By number of samples; made for the first view.
     passes: BTreeMap<u32, Passes>,
@@ -79,6 +80,8 @@ struct Contents {
     material_buffer: wgpu::Buffer,
     material_group: wgpu::BindGroup,
     material_source: Arc<Vec<Material>>,
+    /// The pages of a lightmap, bound.
+    pages: Option<(wgpu::Buffer, wgpu::BindGroup)>,
 }
 
 /// All that decides what a picture looks like, besides [`Contents`]: a view is drawn again if any of it differs.
@@ -89,6 +92,7 @@ struct Drawn {
     size: [u32; 2],
     wireframe: bool,
     light: bool,
+    map: Option<MapFrame>,
 }
 
 impl Viewer {
@@ -99,6 +103,7 @@ impl Viewer {
             mesh_pass: MeshView::new(device, &layouts),
             layouts,
             blit: Blit::new(device, target_format),
+            target_format,
             passes: BTreeMap::new(),
             meshes: Vec::new(),
             views: BTreeMap::new(),
@@ -153,7 +158,17 @@ impl Viewer {
             size: frame.size,
             wireframe: frame.wireframe,
             light: frame.light.is_some(),
+            map: frame.map.clone(),
         };
+        if let Some(contents) = view.contents.as_mut().filter(|_| frame.map.is_none()) {
+            contents.pages = None;
+        }
+        if let (Some(map), Some(contents)) = (&frame.map, &mut view.contents)
+            && contents.pages.as_ref().is_none_or(|(bound, _)| *bound != map.pages)
+        {
+            let group = self.mesh_pass.bind_pages(device, &self.layouts, &map.pages);
+            contents.pages = Some((map.pages.clone(), group));
+        }
         let Some(passes) = self.passes.get(&samples) else { return false };
         if !uploaded && view.drawn.as_ref() == Some(&drawn) {
             let Some(number) = view.next_part else { return false };
@@ -177,6 +192,11 @@ impl Viewer {
     /// True if a view is shown coarse and gets finer with each frame.
     pub fn is_refining(&self) -> bool {
         self.views.values().any(|view| view.next_part.is_some())
+    }
+
+    /// The windows' format.
+    pub fn target_format(&self) -> wgpu::TextureFormat {
+        self.target_format
     }
 
     /// Moves a view's top left corner to this pixel of the window, and gives it this size there, in pixels.
@@ -307,6 +327,7 @@ impl ViewState {
             materials: &contents.material_source,
             material_group: &contents.material_group,
             material_stride: MATERIAL_STRIDE as u32,
+            pages: contents.pages.as_ref().map(|(_, group)| group).filter(|_| drawn.map.is_some()),
         };
         mesh_pass.record(&mut pass, &contents.mesh, &inputs, (triangles, part.triangles.clone()));
         if drawn.wireframe && !part.edges.is_empty() {
@@ -351,6 +372,7 @@ impl Contents {
             material_buffer,
             material_group,
             material_source: Arc::clone(&frame.materials),
+            pages: None,
         }
     }
 

@@ -17,8 +17,8 @@ pub mod unwrap;
 mod tests;
 
 pub use charts::Charts;
-pub use dilate::pages_of;
-pub use settings::{GpuSettings, ShootingOrder};
+pub use dilate::{fill_rings, pages_of};
+pub use settings::{GpuSettings, PageUpdate, ShootingOrder};
 pub use texels::{Texel, texel_table};
 pub use unwrap::{LightmapSettings, unwrap};
 

@@ -14,6 +14,17 @@ pub enum ShootingOrder {
     Mesh,
 }
 
+/// When the window shows what was added.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PageUpdate {
+    /// After any submission.
+    #[default]
+    Continuous,
+    /// Once all shooters that were chosen together have shot.
+    Group,
+}
+
 /// Everything that a solve on the card depends on besides the scene, the light and the lightmap.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -42,9 +53,19 @@ pub struct GpuSettings {
     /// The nearest pixel of a hemicube decides what is seen; otherwise the four around, weighted (percentage-closer filtering).
     #[arg(long)]
     pub no_filter: bool,
-    /// Shooters in one submission to the card; 0 chooses as many as take about a twentieth of a second.
+    /// Shooters that are chosen at once; 0 for one in sixteen groups, 32 at most.
     #[arg(long, value_name = "N", default_value_t = GpuSettings::default().batch)]
     pub batch: u32,
+    /// Adds the light that has still to be shot, spread evenly over the scene, to what is shown and written (Cohen et al.
+    /// 1988, ambient term).
+    #[arg(long)]
+    pub ambient: bool,
+    /// When the window shows what was added.
+    #[arg(long, value_enum, default_value_t = GpuSettings::default().update)]
+    pub update: PageUpdate,
+    /// Most memory of the device that may be used, in MiB.
+    #[arg(long, value_name = "MIB", default_value_t = GpuSettings::default().device_memory)]
+    pub device_memory: u32,
 }
 
 impl Default for GpuSettings {
@@ -59,6 +80,9 @@ impl Default for GpuSettings {
             bias: 0.5,
             no_filter: false,
             batch: 0,
+            ambient: false,
+            update: PageUpdate::Continuous,
+            device_memory: 4096,
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What several test programs need; each uses a part of it.
 #![allow(dead_code, reason = "which parts are unused differs from one test program to the next")]
 
+#[cfg(all(feature = "gpu", feature = "reference"))]
+pub(crate) mod lightmap;
 #[cfg(feature = "reference")]
 pub(crate) mod truths;
 

@@ -84,6 +84,7 @@ impl Subjects {
             materials: Arc::new(self.scene.materials.clone()),
             field: Arc::clone(&self.field),
             field_version: 1,
+            map: None,
             buried: None,
             camera: self.camera,
             size,

@@ -1,6 +1,6 @@
 // Which groups shoot next: those of the most unshot power, found by reduction over tiles of 256 groups.
 // Group 0: settings, receivers, groups, unshot radiosity, power by group, best of each tile, chosen, shooters, charts,
-// the chart that shoots.
+// the chart that shoots, shots of each texel.
 
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var<storage, read> receivers: array<Receiver>;
@@ -13,6 +13,8 @@
 
 @group(0) @binding(8) var<storage, read> charts: array<ChartGroups>;
 @group(0) @binding(9) var<storage, read_write> order: Order;
+// The shooter, counted from 1, that a texel first shot with (0: none yet), and how often it has shot.
+@group(0) @binding(10) var<storage, read_write> shots: array<vec2u>;
 
 struct ChartGroups {
     first: u32,
@@ -153,6 +155,8 @@ fn take(@builtin(workgroup_id) slot: vec3u, @builtin(local_invocation_index) loc
         for (var texel = group.first + local; texel < group.first + group.count; texel += 256u) {
             sum += unshot[texel].xyz * receivers[texel].area;
             unshot[texel] = vec4f(0.0);
+            let shooter = settings.shooter_count + slot.x + 1u;
+            shots[texel] = vec2u(select(shots[texel].x, shooter, shots[texel].x == 0u), shots[texel].y + 1u);
         }
     }
     sums[local] = sum;

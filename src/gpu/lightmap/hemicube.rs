@@ -3,6 +3,8 @@
 //! A hemicube of n pixels is a tile of n columns and 3 n rows: the top, then the upper halves of the four sides. Which
 //! shooter a tile belongs to is decided on the card: the vertex shader reads the face's matrix by instance.
 
+use std::ops::Range;
+
 use glam::Vec2;
 
 use super::patches::Face;
@@ -10,9 +12,6 @@ use crate::{
     scene::Scene,
     student::hemicube::{HemicubeFace, delta_form_factor},
 };
-
-/// The shader.
-pub const WGSL: &str = include_str!("hemicube.wgsl");
 
 /// Faces of a hemicube.
 pub const FACE_COUNT: u32 = 5;
@@ -85,10 +84,15 @@ impl TileLayout {
 pub struct SceneBuffers {
     positions: wgpu::Buffer,
     indices: wgpu::Buffer,
-    index_count: u32,
+    pub(super) index_count: u32,
 }
 
 impl SceneBuffers {
+    /// Bytes of a scene's triangles on the card.
+    pub(super) fn bytes(scene: &Scene) -> u64 {
+        12 * (scene.mesh.positions.len() + scene.mesh.triangles.len()) as u64
+    }
+
     /// Uploads the triangles that hide what lies behind them.
     pub fn new(device: &wgpu::Device, scene: &Scene) -> Self {
         let is_opaque = |triangle: &u32| {
@@ -121,8 +125,8 @@ pub struct HemicubePass {
 }
 
 impl HemicubePass {
-    /// Makes an atlas.
-    pub fn new(device: &wgpu::Device, layout: TileLayout) -> Self {
+    /// Makes an atlas; `shader` is `hemicube.wgsl`, or another in its place.
+    pub fn new(device: &wgpu::Device, shader: &str, layout: TileLayout) -> Self {
         let [width, height] = layout.size();
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("hemicubes"),
@@ -134,68 +138,33 @@ impl HemicubePass {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
         });
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("hemicube.wgsl"),
-            source: wgpu::ShaderSource::Wgsl(WGSL.into()),
-        });
-        let rows = wgpu::vertex_attr_array![1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
-        let position = wgpu::vertex_attr_array![0 => Float32x3];
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("hemicubes"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("to_face"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &[("near", f64::from(NEAR))],
-                    ..wgpu::PipelineCompilationOptions::default()
-                },
-                buffers: &[
-                    Some(wgpu::VertexBufferLayout {
-                        array_stride: 12,
-                        step_mode: wgpu::VertexStepMode::Vertex,
-                        attributes: &position,
-                    }),
-                    Some(wgpu::VertexBufferLayout {
-                        array_stride: size_of::<Face>() as u64,
-                        step_mode: wgpu::VertexStepMode::Instance,
-                        attributes: &rows,
-                    }),
-                ],
-            },
-            primitive: wgpu::PrimitiveState::default(), // both sides of a surface hide
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: wgpu::TextureFormat::Depth32Float,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::Greater),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState::default(),
-            }),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: None,
-            multiview_mask: None,
-            cache: None,
-        });
-        Self { layout, depth: texture.create_view(&wgpu::TextureViewDescriptor::default()), pipeline }
+        let depth = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        Self { layout, depth, pipeline: draw_pipeline(device, shader) }
     }
 
-    /// Draws the first `slot_count` hemicubes with the matrices in `faces`.
+    /// The same with another shader.
+    pub(super) fn reloaded(&self, device: &wgpu::Device, shader: &str) -> Self {
+        Self { layout: self.layout, depth: self.depth.clone(), pipeline: draw_pipeline(device, shader) }
+    }
+    /// Draws faces, by their number (5 a hemicube), with the matrices in `faces`; first clears all of them if `clears`.
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneBuffers,
         faces: &wgpu::Buffer,
-        slot_count: u32,
+        (drawn, clears): (Range<u32>, bool),
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) {
+        let load = if clears { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("hemicubes"),
             color_attachments: &[],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
+                depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),
                 stencil_ops: None,
             }),
-            timestamp_writes: None,
+            timestamp_writes,
             occlusion_query_set: None,
             multiview_mask: None,
         });
@@ -203,9 +172,54 @@ impl HemicubePass {
         pass.set_vertex_buffer(0, scene.positions.slice(..));
         pass.set_vertex_buffer(1, faces.slice(..));
         pass.set_index_buffer(scene.indices.slice(..), wgpu::IndexFormat::Uint32);
-        for instance in 0..slot_count * FACE_COUNT {
+        for instance in drawn {
             self.layout.aim(&mut pass, instance);
             pass.draw_indexed(0..scene.index_count, 0, instance..instance + 1);
         }
     }
+}
+
+fn draw_pipeline(device: &wgpu::Device, shader: &str) -> wgpu::RenderPipeline {
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("hemicube.wgsl"),
+        source: wgpu::ShaderSource::Wgsl(shader.into()),
+    });
+    let rows = wgpu::vertex_attr_array![1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
+    let position = wgpu::vertex_attr_array![0 => Float32x3];
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("hemicubes"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("to_face"),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &[("near", f64::from(NEAR))],
+                ..wgpu::PipelineCompilationOptions::default()
+            },
+            buffers: &[
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: 12,
+                    step_mode: wgpu::VertexStepMode::Vertex,
+                    attributes: &position,
+                }),
+                Some(wgpu::VertexBufferLayout {
+                    array_stride: size_of::<Face>() as u64,
+                    step_mode: wgpu::VertexStepMode::Instance,
+                    attributes: &rows,
+                }),
+            ],
+        },
+        primitive: wgpu::PrimitiveState::default(), // both sides of a surface hide
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: wgpu::TextureFormat::Depth32Float,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: None,
+        multiview_mask: None,
+        cache: None,
+    })
 }

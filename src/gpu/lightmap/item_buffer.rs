@@ -6,8 +6,9 @@ use wgpu::util::DeviceExt as _;
 
 use super::{
     hemicube::{FACE_COUNT, NEAR, TileLayout},
-    patches::{BatchSettings, Face, PATCHES_WGSL, Shooter},
-    solver::{FACES_WGSL, read_copy},
+    patches::{BatchSettings, Face, Shooter},
+    readback::read_copy,
+    shaders::{FACES_WGSL, PATCHES_WGSL},
 };
 
 /// The shader that draws items.

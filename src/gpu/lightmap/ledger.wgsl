@@ -27,8 +27,9 @@ var<workgroup> totals: array<Ledger, 256>;
 
 // One workgroup a shooter: the power through pixels that show nothing.
 @compute @workgroup_size(256)
-fn find_escaped(@builtin(workgroup_id) slot: vec3u, @builtin(local_invocation_index) local: u32) {
-    let corner = tile_corner(slot.x, settings);
+fn find_escaped(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) local: u32) {
+    let slot = settings.first_slot + group.x;
+    let corner = tile_corner(slot, settings);
     let pixels = 3u * settings.resolution * settings.resolution;
     var part = 0.0;
     for (var pixel = local; pixel < pixels; pixel += 256u) {
@@ -45,8 +46,8 @@ fn find_escaped(@builtin(workgroup_id) slot: vec3u, @builtin(local_invocation_in
         }
     }
     if local == 0u {
-        let shooter = shooters[slot.x];
-        escaped[slot.x] = vec4f(parts[0] * shooter.area * shooter.radiosity, 0.0);
+        let shooter = shooters[slot];
+        escaped[slot] = vec4f(parts[0] * shooter.area * shooter.radiosity, 0.0);
     }
 }
 
@@ -60,9 +61,13 @@ fn add_up(@builtin(local_invocation_index) local: u32) {
         mine.reflected += part.reflected;
         mine.unshot += part.unshot;
     }
-    for (var slot = local; slot < settings.slot_count; slot += 256u) {
+    for (var slot = settings.first_slot + local; slot < settings.end_slot; slot += 256u) {
         mine.escaped += escaped[slot].xyz;
         mine.shooters += select(0u, 1u, shooters[slot].area > 0.0);
+    }
+    // Chosen, but left to the next submissions.
+    for (var slot = settings.end_slot + local; slot < settings.slot_count; slot += 256u) {
+        mine.unshot += shooters[slot].area * shooters[slot].radiosity;
     }
     totals[local] = mine;
     for (var half = 128u; half > 0u; half /= 2u) {

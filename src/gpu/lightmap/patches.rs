@@ -8,10 +8,7 @@ use crate::{
     scene::{AreaLight, mesh::unit_or_zero},
 };
 
-/// Structs and functions that all shaders of this folder begin with.
-pub const PATCHES_WGSL: &str = include_str!("patches.wgsl");
-
-/// Uniforms of a batch, laid out as `Settings` in `patches.wgsl`.
+/// Uniforms of a submission, laid out as `Settings` in `patches.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct BatchSettings {
@@ -31,6 +28,22 @@ pub struct BatchSettings {
     pub bias: f32,
     /// 1 for percentage-closer filtering over four pixels, else 0.
     pub filtered: u32,
+    /// First shooter of this submission.
+    pub first_slot: u32,
+    /// Shooter after the last one of this submission.
+    pub end_slot: u32,
+    /// First texel of this submission.
+    pub first_receiver: u32,
+    /// Texel after the last one of this submission.
+    pub end_receiver: u32,
+    /// Shooters before this batch.
+    pub shooter_count: u32,
+    /// Not used.
+    pub spare: u32,
+    /// Not used.
+    pub spare_too: u32,
+    /// Not used.
+    pub spare_three: u32,
 }
 
 /// A texel that light arrives at.

@@ -15,6 +15,16 @@ struct Settings {
     bias: f32,
     // 1: the four pixels around are weighed bilinearly; 0: the nearest pixel decides.
     filtered: u32,
+    // The shooters and the texels of this submission: first, and after the last.
+    first_slot: u32,
+    end_slot: u32,
+    first_receiver: u32,
+    end_receiver: u32,
+    // Shooters before this batch.
+    shooter_count: u32,
+    spare: u32,
+    spare_too: u32,
+    spare_three: u32,
 }
 
 struct Receiver {

@@ -1,4 +1,4 @@
-// What a batch's shooters give to every texel (eq. 2 over pairs of patches). Group 0: settings, shooters, receivers,
+// What shooters give to texels (eq. 2 over pairs of patches). Group 0: settings, shooters, receivers,
 // irradiance, unshot radiosity, sums of power by workgroup, depth of the hemicubes.
 
 @group(0) @binding(0) var<uniform> settings: Settings;
@@ -61,22 +61,24 @@ fn polygon_form_factor(centre: vec3f, half_u: vec3f, half_v: vec3f, normal: vec3
     return abs(sum) / (2.0 * PI);
 }
 
-// The form factor from a receiver to a shooter in full view of it.
-fn form_factor(receiver: Receiver, shooter: Shooter) -> f32 {
-    let offset = shooter.centre - receiver.position;
-    let distance_squared = dot(offset, offset);
-    let shooter_cosine = -dot(offset, shooter.normal);
-    if shooter_cosine <= 0.0 {
+// The form factor from a receiver to a shooter in full view of it. Of the shooter, only what is needed is read: that is
+// what a software driver spends its time on.
+fn form_factor(receiver: Receiver, slot: u32) -> f32 {
+    let area = shooters[slot].area;
+    let offset = shooters[slot].centre - receiver.position;
+    let shooter_cosine = -dot(offset, shooters[slot].normal);
+    if area <= 0.0 || shooter_cosine <= 0.0 {
         return 0.0;
     }
-    if distance_squared < near_ratio * near_ratio * shooter.area {
-        return polygon_form_factor(offset, shooter.half_u, shooter.half_v, receiver.shading_normal);
+    let distance_squared = dot(offset, offset);
+    if distance_squared < near_ratio * near_ratio * area {
+        return polygon_form_factor(offset, shooters[slot].half_u, shooters[slot].half_v, receiver.shading_normal);
     }
     let cosine = dot(offset, receiver.shading_normal);
     if cosine <= 0.0 || dot(offset, receiver.geometric_normal) <= 0.0 {
         return 0.0;
     }
-    return shooter.area * cosine * shooter_cosine / (PI * distance_squared * distance_squared);
+    return area * cosine * shooter_cosine / (PI * distance_squared * distance_squared);
 }
 
 // True if what a pixel shows does not hide the receiver: the depth is compared where the pixel's ray meets the
@@ -92,10 +94,11 @@ fn pixel_sees(pixel: vec2u, direction: vec3f, offset: vec3f, along: f32, normal:
 }
 
 // The part of a shooter that a receiver sees, by the shooter's hemicube.
-fn visibility(receiver: Receiver, shooter: Shooter, slot: u32) -> f32 {
-    let offset = receiver.position - shooter.origin;
-    let bitangent = cross(shooter.normal, shooter.tangent);
-    let local = vec3f(dot(offset, shooter.tangent), dot(offset, bitangent), dot(offset, shooter.normal));
+fn visibility(receiver: Receiver, slot: u32) -> f32 {
+    let offset = receiver.position - shooters[slot].origin;
+    let normal = shooters[slot].normal;
+    let tangent = shooters[slot].tangent;
+    let local = vec3f(dot(offset, tangent), dot(offset, cross(normal, tangent)), dot(offset, normal));
     if local.z <= 0.0 {
         return 0.0;
     }
@@ -103,7 +106,7 @@ fn visibility(receiver: Receiver, shooter: Shooter, slot: u32) -> f32 {
     if abs(local.x) > local.z || abs(local.y) > local.z {
         face = select(select(4u, 3u, local.y > 0.0), select(2u, 1u, local.x > 0.0), abs(local.x) > abs(local.y));
     }
-    let axes = face_axes(face, shooter.tangent, shooter.normal);
+    let axes = face_axes(face, tangent, normal);
     let along = dot(offset, axes.forward);
     let across = vec2f(dot(offset, axes.right), dot(offset, axes.up)) / along;
     let size = f32(settings.resolution);
@@ -147,23 +150,23 @@ fn receive(
     @builtin(workgroup_id) group: vec3u,
 ) {
     var mine: PowerSums;
-    if id.x < settings.receiver_count {
-        let receiver = receivers[id.x];
-        var added = vec3f(0.0);
-        for (var slot = 0u; slot < settings.slot_count; slot++) {
-            let shooter = shooters[slot];
-            if shooter.area <= 0.0 {
-                continue;
-            }
-            let factor = form_factor(receiver, shooter);
+    let index = settings.first_receiver + id.x;
+    if index < settings.end_receiver {
+        let receiver = receivers[index];
+        // One shooter after the other, so that it does not matter which of them come in one submission.
+        var total = irradiance[index].xyz;
+        var still_unshot = unshot[index].xyz;
+        for (var slot = settings.first_slot; slot < settings.end_slot; slot++) {
+            let factor = form_factor(receiver, slot);
             if factor > 0.0 {
-                added += factor * visibility(receiver, shooter, slot) * shooter.radiosity;
+                let added = factor * visibility(receiver, slot) * shooters[slot].radiosity;
+                total += added;
+                still_unshot += receiver.reflectance * added;
+                mine.arrived += receiver.area * added;
             }
         }
-        irradiance[id.x] += vec4f(added, 0.0);
-        let still_unshot = unshot[id.x].xyz + receiver.reflectance * added;
-        unshot[id.x] = vec4f(still_unshot, 0.0);
-        mine.arrived = receiver.area * added;
+        irradiance[index] = vec4f(total, 0.0);
+        unshot[index] = vec4f(still_unshot, 0.0);
         mine.reflected = receiver.reflectance * mine.arrived;
         mine.unshot = receiver.area * still_unshot;
     }
@@ -177,6 +180,6 @@ fn receive(
         }
     }
     if local == 0u {
-        sums[group.x] = shared_sums[0];
+        sums[settings.first_receiver / 64u + group.x] = shared_sums[0];
     }
 }

@@ -1,0 +1,32 @@
+//! Reading buffers back.
+
+/// Reads a buffer that can be mapped. Waits for the card.
+pub(super) fn read<T: bytemuck::Pod>(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<T>, String> {
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {}); // a failure shows in get_mapped_range
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| format!("the graphics driver failed: {error}"))?;
+    let values = {
+        let mapped =
+            buffer.slice(..).get_mapped_range().map_err(|error| format!("the graphics device was lost: {error}"))?;
+        bytemuck::pod_collect_to_vec(&mapped)
+    };
+    buffer.unmap();
+    Ok(values)
+}
+
+/// Reads any buffer, by way of a copy.
+pub(super) fn read_copy<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+) -> Result<Vec<T>, String> {
+    let copy = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+    queue.submit([encoder.finish()]);
+    read(device, &copy)
+}

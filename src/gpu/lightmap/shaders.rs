@@ -1,0 +1,75 @@
+//! The sources of a solve's shaders: built in, or read again from a folder while one works on them.
+
+use std::{borrow::Cow, path::Path};
+
+/// Structs and functions that all shaders of this folder begin with, but those of the hemicubes' faces.
+pub const PATCHES_WGSL: &str = include_str!("patches.wgsl");
+/// The shader of the face matrices.
+pub const FACES_WGSL: &str = include_str!("faces.wgsl");
+/// The shader that chooses shooters.
+pub const CHOOSE_WGSL: &str = include_str!("choose.wgsl");
+/// The shader of the receiving texels.
+pub const RECEIVE_WGSL: &str = include_str!("receive.wgsl");
+/// The shader of the energy ledger.
+pub const LEDGER_WGSL: &str = include_str!("ledger.wgsl");
+/// The shader that fills the pages.
+pub const PAGES_WGSL: &str = include_str!("pages.wgsl");
+/// The shader that draws hemicubes.
+pub const HEMICUBE_WGSL: &str = include_str!("hemicube.wgsl");
+
+/// The shaders of a solve, each as its pass loads it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shaders {
+    pub(super) faces: Cow<'static, str>,
+    pub(super) choose: Cow<'static, str>,
+    pub(super) receive: Cow<'static, str>,
+    pub(super) ledger: Cow<'static, str>,
+    pub(super) pages: Cow<'static, str>,
+    pub(super) hemicube: Cow<'static, str>,
+}
+
+impl Default for Shaders {
+    fn default() -> Self {
+        let with_patches = |source: &str| Cow::Owned(format!("{PATCHES_WGSL}{source}"));
+        Self {
+            faces: with_patches(FACES_WGSL),
+            choose: with_patches(CHOOSE_WGSL),
+            receive: with_patches(RECEIVE_WGSL),
+            ledger: with_patches(LEDGER_WGSL),
+            pages: with_patches(PAGES_WGSL),
+            hemicube: Cow::Borrowed(HEMICUBE_WGSL),
+        }
+    }
+}
+
+/// Where the shaders lie in the program's source tree, seen from its top.
+pub const SHADER_FOLDER: &str = "src/gpu/lightmap";
+
+impl Shaders {
+    /// The shaders in a folder, by the names that they have here.
+    ///
+    /// # Errors
+    /// One line, if one cannot be read; several, if one does not compile: the compiler's message.
+    pub fn from_folder(folder: &Path) -> Result<Self, String> {
+        let read = |name: &str| {
+            let path = folder.join(name);
+            std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
+        };
+        let patches = read("patches.wgsl")?;
+        let checked = |name: &str, before: &str| {
+            let source = format!("{before}{}", read(name)?);
+            match wgpu::naga::front::wgsl::parse_str(&source) {
+                Ok(_) => Ok(Cow::Owned(source)),
+                Err(error) => Err(format!("{name} does not compile: {}", error.emit_to_string(&source))),
+            }
+        };
+        Ok(Self {
+            faces: checked("faces.wgsl", &patches)?,
+            choose: checked("choose.wgsl", &patches)?,
+            receive: checked("receive.wgsl", &patches)?,
+            ledger: checked("ledger.wgsl", &patches)?,
+            pages: checked("pages.wgsl", &patches)?,
+            hemicube: checked("hemicube.wgsl", "")?,
+        })
+    }
+}

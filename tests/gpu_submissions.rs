@@ -1,0 +1,125 @@
+//! A lightmap's work in submissions: short ones, the same light however it is cut, memory that is said and limited.
+#![cfg(all(feature = "gpu", feature = "reference"))]
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+mod common;
+
+use std::{path::Path, sync::Arc, time::Duration};
+
+use common::lightmap::*;
+use radiosity::{
+    gpu::lightmap::{GpuSolver, shaders::Shaders},
+    lightmap::GpuSettings,
+    scene::{LoadOptions, builtin},
+};
+
+#[test]
+fn a_solve_cut_into_the_smallest_submissions_has_the_bits_of_one_in_the_largest() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(700));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let settings = GpuSettings { unabsorbed: 0.3, light_side: 2, hemicube: 32, ..GpuSettings::default() };
+    let in_submissions_of = |time| {
+        let mut solver = solver(&scene, &atlas, Some(light), &settings);
+        solver.set_submission_time(time);
+        let solver = solved(solver);
+        (solver.submissions().0, solver.ledger().shooters, solver.fields().unwrap())
+    };
+    let (many, shooters, finely) = in_submissions_of(Duration::ZERO);
+    let (few, same_shooters, coarsely) = in_submissions_of(Duration::from_secs(10));
+    assert!(many > 20 * few, "{many} and {few} submissions");
+    assert_eq!(shooters, same_shooters);
+    assert_eq!(finely, coarsely);
+}
+
+#[test]
+fn power_is_balanced_after_every_submission_and_not_only_after_a_batch() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(1500));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let settings = GpuSettings { unabsorbed: 0.05, light_side: 4, batch: 64, ..GpuSettings::default() };
+    let mut solver = solver(&scene, &atlas, Some(light), &settings);
+    solver.set_submission_time(Duration::from_millis(2));
+    let mut within = 0;
+    while !solver.is_done() {
+        let batches = solver.ledger().batches;
+        solver.submit().unwrap();
+        within += usize::from(solver.ledger().batches == batches);
+        assert!(solver.ledger().balance().abs() < 0.01, "{:?}", solver.ledger());
+    }
+    assert!(within > 5, "{within} submissions inside of batches");
+}
+
+#[test]
+fn a_map_that_needs_more_memory_than_is_allowed_is_refused_with_what_it_needs() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(5000));
+    let (device, queue) = card();
+    let make = |device_memory| {
+        let settings = GpuSettings { device_memory, ..GpuSettings::default() };
+        GpuSolver::new((&device, &queue), &scene, &atlas, None, &settings)
+    };
+    let needed = make(4096).unwrap().size().bytes;
+    // At least: 64 bytes a texel and three fields of 16; the light's atlas of 4096 × 1536 pixels of 4 bytes.
+    let texels = atlas.texels.iter().filter(|texel| texel.open > 0.0).count() as u64;
+    assert!(needed > texels * (64 + 48) + 4 * 4096 * 1536, "{needed}");
+    let mebibytes = needed.div_ceil(1 << 20);
+    assert!(make(mebibytes as u32).is_ok());
+    let refused = make(mebibytes as u32 - 1).err().unwrap();
+    assert!(refused.contains(&format!("{mebibytes} MiB")) && !refused.contains('\n'), "{refused}");
+}
+
+#[test]
+fn passes_are_timed_by_the_device_and_take_no_longer_than_all_of_it() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(3000));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let started = std::time::Instant::now();
+    let solver = solved(solver(&scene, &atlas, Some(light), &GpuSettings::default()));
+    let Some(times) = solver.pass_times() else {
+        println!("skipped: this device has no timestamps");
+        return;
+    };
+    let seconds: f64 = times.iter().map(|time| time.seconds).sum();
+    assert!(seconds > 0.0 && seconds < started.elapsed().as_secs_f64(), "{times:?}");
+    let runs = |name: &str| times.iter().find(|time| time.pass == name).unwrap().runs;
+    assert_eq!(runs("choose shooters"), solver.ledger().batches);
+    assert_eq!(runs("receive"), solver.submissions().0);
+}
+
+#[test]
+fn shaders_are_taken_from_a_folder_and_the_old_ones_stay_where_the_new_do_not_compile() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join(radiosity::gpu::lightmap::shaders::SHADER_FOLDER);
+    assert_eq!(Shaders::from_folder(&sources).unwrap(), Shaders::default());
+    let folder = tempfile::tempdir().unwrap();
+    for name in
+        ["patches", "faces", "choose", "receive", "ledger", "pages", "hemicube"].map(|name| format!("{name}.wgsl"))
+    {
+        std::fs::copy(sources.join(&name), folder.path().join(&name)).unwrap();
+    }
+    let receive = folder.path().join("receive.wgsl");
+    let source = std::fs::read_to_string(&receive).unwrap();
+    let scene = from_obj("v -2 0 -2\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nf 1 2 3 4\n", "newmtl unused\n");
+    let atlas = atlas_of(&scene, &texels(200));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let reloaded = |edit: &str| {
+        std::fs::write(&receive, edit).unwrap();
+        let mut solver = solver(&scene, &atlas, Some(light), &GpuSettings::default());
+        let outcome = Shaders::from_folder(folder.path()).and_then(|shaders| solver.reload(&shaders));
+        (outcome, mean(&atlas, &solved(solver).fields().unwrap().total).x)
+    };
+    let (outcome, before) = reloaded(&source);
+    assert_eq!(outcome, Ok(()));
+    // Twice the light.
+    let (outcome, doubled) = reloaded(&source.replace("total += added;", "total += 2.0 * added;"));
+    assert_eq!(outcome, Ok(()));
+    assert!((doubled / before - 2.0).abs() < 1e-3, "{before} and {doubled}");
+    // One that is no WGSL, and one that is but does not fit its buffers.
+    for (edit, expected) in
+        [("fn receive(", "receive.wgsl"), ("@compute @workgroup_size(64)\nfn receive() {}", "old shaders stay")]
+    {
+        let (outcome, kept) = reloaded(edit);
+        assert!(outcome.as_ref().is_err_and(|problem| problem.contains(expected)), "{outcome:?}");
+        assert_eq!(kept, before);
+    }
+}
