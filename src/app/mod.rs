@@ -7,6 +7,7 @@
 mod actions;
 pub mod command;
 mod controls;
+pub mod device_loss;
 pub mod document;
 pub mod file_dialog;
 mod fill_unknown;
@@ -69,7 +70,11 @@ use solving::{Elements, Solving};
 use view_settings::{Source, ViewField};
 pub use window::run;
 
-use crate::{gpu, gpu::ViewFrame, scene::area_light::AreaLightState};
+use crate::{
+    gpu,
+    gpu::{ViewFrame, trouble::Troubles},
+    scene::area_light::AreaLightState,
+};
 
 /// Seconds that each bounce is shown for when they are played back.
 const SECONDS_A_BOUNCE: f32 = 0.7;
@@ -117,6 +122,11 @@ pub struct App {
     device: Option<(wgpu::Device, wgpu::Queue)>,
     /// The views are drawn on the processor's own cores.
     software_driver: bool,
+    /// What the device says.
+    troubles: Troubles,
+    is_lost: bool,
+    /// The window was opened anew after a loss.
+    is_attached_again: bool,
     solving: Option<Solving>,
     loader: Loader,
     undoer: Undoer<Edit>,
@@ -132,11 +142,6 @@ pub struct App {
 impl App {
     /// The window of a scene; `folder` holds, or will hold, `states` and `screenshots`.
     pub fn new(creation: &eframe::CreationContext<'_>, opened: OpenedScene, folder: &Path) -> Self {
-        if let Some(render_state) = &creation.wgpu_render_state {
-            gpu::install(render_state);
-        }
-        let software_driver = creation.wgpu_render_state.as_ref().is_some_and(gpu::is_software);
-        theme::install(&creation.egui_ctx, software_driver);
         let layout: Option<Layout> = creation.storage.and_then(|storage| eframe::get_value(storage, LAYOUT_KEY));
         let layout = layout.unwrap_or_default().checked();
         let mut notices = Notices::default();
@@ -144,7 +149,7 @@ impl App {
             notices.say(Level::Warning, warning.as_str());
         }
         let camera = FlyCamera::new(&opened.loaded.camera, &opened.loaded.scene);
-        Self {
+        let mut app = Self {
             document: Document::new(opened),
             camera,
             results: None,
@@ -161,8 +166,11 @@ impl App {
             lightmap: LightmapPanel::default(),
             shares: KnownShares::default(),
             fields: Default::default(),
-            device: creation.wgpu_render_state.as_ref().map(|state| (state.device.clone(), state.queue.clone())),
-            software_driver,
+            device: None,
+            software_driver: false,
+            troubles: Troubles::default(),
+            is_lost: false,
+            is_attached_again: false,
             solving: None,
             loader: Loader::new(creation.egui_ctx.clone()),
             undoer: Undoer::default(),
@@ -170,7 +178,9 @@ impl App {
             folder: folder.to_path_buf(),
             title: String::new(),
             context: creation.egui_ctx.clone(),
-        }
+        };
+        app.attach(creation);
+        app
     }
 
     /// How the solve stands.
@@ -367,6 +377,7 @@ impl eframe::App for App {
             context.request_repaint();
         }
         theme::set_soft_edges(&context, !self.saves_time());
+        self.heed_troubles();
         self.listen();
         self.trace_rays_of_vertex();
         let mut commands = self.go_on(&context);

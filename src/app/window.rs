@@ -1,12 +1,22 @@
 //! The real window, on a real screen.
 
-use std::path::Path;
+use std::{
+    cell::RefCell,
+    path::Path,
+    rc::Rc,
+    time::{Duration, Instant},
+};
 
 use anyhow::anyhow;
 
-use super::{App, loader::OpenedScene};
+use super::{App, device_loss::Shown, loader::OpenedScene};
 
-/// Opens the window and stays until it is closed.
+/// A device that is lost in less time does not bear the window.
+const SHORT_LIFE: Duration = Duration::from_secs(20);
+/// So many losses in a row are borne.
+const MOST_LOSSES: u32 = 3;
+
+/// Opens the window and stays until it is closed. When its device is lost, it is opened anew with all that it held.
 ///
 /// # Errors
 /// One line, if there is no display, or no graphics driver that can draw: nothing was shown then.
@@ -19,8 +29,42 @@ pub fn run(opened: OpenedScene) -> anyhow::Result<()> {
         }
     }
     let title = format!("Radiosity: {}", opened.loaded.scene.name);
+    let shown: Rc<RefCell<Option<Rc<RefCell<App>>>>> = Rc::default();
+    let mut opened = Some(opened);
+    let mut losses = 0;
+    loop {
+        let started = Instant::now();
+        let kept = Rc::clone(&shown);
+        let scene = opened.take();
+        let create: eframe::AppCreator<'_> = Box::new(move |creation| {
+            let mut kept = kept.borrow_mut();
+            if let Some(scene) = scene {
+                *kept = Some(Rc::new(RefCell::new(App::new(creation, scene, Path::new(".")))));
+            } else if let Some(app) = &*kept {
+                app.borrow_mut().attach(creation);
+            }
+            let app = kept.as_ref().map(Rc::clone).ok_or("there is no scene")?;
+            Ok(Box::new(Shown(app)) as Box<dyn eframe::App>)
+        });
+        let ended = eframe::run_native("radiosity", options(&title), create);
+        let is_lost = shown.borrow().as_ref().is_some_and(|app| app.borrow().is_lost());
+        losses = if started.elapsed() < SHORT_LIFE { losses + 1 } else { 1 };
+        if is_lost && losses <= MOST_LOSSES {
+            continue;
+        }
+        return match ended {
+            Ok(()) if !is_lost => Ok(()),
+            Ok(()) => {
+                Err(anyhow!("the graphics device was lost again and again; `radiosity devices` lists what there is"))
+            }
+            Err(error) => Err(anyhow!("the window could not be opened: {error}")),
+        };
+    }
+}
+
+fn options(title: &str) -> eframe::NativeOptions {
     let viewport = egui::ViewportBuilder::default().with_title(title).with_app_id("radiosity");
-    let options = eframe::NativeOptions {
+    eframe::NativeOptions {
         viewport: viewport
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([480.0, 320.0])
@@ -28,8 +72,5 @@ pub fn run(opened: OpenedScene) -> anyhow::Result<()> {
         persist_window: false,
         dithering: false,
         ..Default::default()
-    };
-    let create: eframe::AppCreator<'_> =
-        Box::new(|creation| Ok(Box::new(App::new(creation, opened, Path::new("."))) as Box<dyn eframe::App>));
-    eframe::run_native("radiosity", options, create).map_err(|error| anyhow!("the window could not be opened: {error}"))
+    }
 }

@@ -25,6 +25,8 @@ mod part;
 pub mod projection;
 mod targets;
 mod textures;
+#[cfg(feature = "app")]
+pub mod trouble;
 pub mod viewer;
 pub mod wireframe;
 
