@@ -48,13 +48,12 @@ impl App {
         }
     }
 
-    /// True once the window's device is gone: it closes then, to be opened anew.
-    pub fn is_lost(&self) -> bool {
-        self.is_lost
-    }
-
-    /// Says what happened to the device, and closes the window if it is gone.
-    pub(super) fn heed_troubles(&mut self) {
+    /// Says what happened to the device, and closes the window if it is gone, to be opened anew: true then.
+    pub fn heeds_loss(&mut self) -> bool {
+        if let Some((device, _)) = &self.device {
+            // Lets the driver speak; that the device is gone is heard by the callback.
+            let _ = device.poll(wgpu::PollType::Poll);
+        }
         for trouble in self.troubles.take() {
             match trouble {
                 Trouble::Lost(words) => {
@@ -75,5 +74,6 @@ impl App {
         if self.is_attached_again && (self.solving.is_some() || self.loader.is_busy()) {
             self.context.request_repaint_after(LOOK_AGAIN);
         }
+        self.is_lost
     }
 }

@@ -370,6 +370,10 @@ fn views_of_last_frame(frame: &eframe::Frame) -> (std::time::Duration, bool) {
 
 impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, frame: &mut eframe::Frame) {
+        // Nothing can be drawn on a device that is gone, not even the ground.
+        if self.heeds_loss() {
+            return;
+        }
         let (upload, refining) = views_of_last_frame(frame);
         self.frame_times.begin(frame.info().cpu_usage, upload, self.is_working());
         let context = ui.ctx().clone();
@@ -377,7 +381,6 @@ impl eframe::App for App {
             context.request_repaint();
         }
         theme::set_soft_edges(&context, !self.saves_time());
-        self.heed_troubles();
         self.listen();
         self.trace_rays_of_vertex();
         let mut commands = self.go_on(&context);

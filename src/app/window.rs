@@ -2,6 +2,7 @@
 
 use std::{
     cell::RefCell,
+    panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
     path::Path,
     rc::Rc,
     time::{Duration, Instant},
@@ -46,18 +47,21 @@ pub fn run(opened: OpenedScene) -> anyhow::Result<()> {
             let app = kept.as_ref().map(Rc::clone).ok_or("there is no scene")?;
             Ok(Box::new(Shown(app)) as Box<dyn eframe::App>)
         });
-        let ended = eframe::run_native("radiosity", options(&title), create);
-        let is_lost = shown.borrow().as_ref().is_some_and(|app| app.borrow().is_lost());
+        // Where nothing can be drawn, egui's renderer may panic before the window has closed.
+        let run = AssertUnwindSafe(|| eframe::run_native("radiosity", options(&title), create));
+        let ended = catch_unwind(run);
+        let is_lost = shown.borrow().as_ref().is_some_and(|app| app.borrow_mut().heeds_loss());
         losses = if started.elapsed() < SHORT_LIFE { losses + 1 } else { 1 };
         if is_lost && losses <= MOST_LOSSES {
             continue;
         }
         return match ended {
-            Ok(()) if !is_lost => Ok(()),
-            Ok(()) => {
+            _ if is_lost => {
                 Err(anyhow!("the graphics device was lost again and again; `radiosity devices` lists what there is"))
             }
-            Err(error) => Err(anyhow!("the window could not be opened: {error}")),
+            Ok(Ok(())) => Ok(()),
+            Ok(Err(error)) => Err(anyhow!("the window could not be opened: {error}")),
+            Err(panic) => resume_unwind(panic),
         };
     }
 }
