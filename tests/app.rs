@@ -13,6 +13,7 @@ use image::RgbaImage;
 use radiosity::app::{
     App,
     command::Command,
+    notices::Level,
     panes::Pane,
     view_settings::{Shown, Source},
 };
@@ -193,8 +194,9 @@ fn a_click_tells_about_the_surface_and_every_panel_opens() {
         ("Light", "Centre"),
         ("Scene", "Materials"),
         ("Solution", "Keep to compare"),
-        ("Log", "cornell: computed flat normals"),
+        ("Log", "a line for the log"),
     ];
+    window.state_mut().notices.say(Level::Note, "a line for the log");
     for (panel, held) in panels {
         window.get_by_label(panel).click();
         window.run_steps(3);

@@ -37,7 +37,10 @@ pub(super) fn corner_normals(
                 *normal = *flat;
             }
         }
-        warnings.push(format!("computed flat normals for {} that had none", counted(incomplete, "triangle")));
+        // A file without any normals means flat faces: nothing is repaired then.
+        if incomplete < ids.len() {
+            warnings.push(format!("computed flat normals for {} that had none", counted(incomplete, "triangle")));
+        }
     }
     let backward = normals.par_iter().zip(&faces).filter(|(normals, face)| face_away(normals, **face)).count();
     if backward > 0 {
