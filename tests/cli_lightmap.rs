@@ -11,6 +11,7 @@ fn radiosity(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_radiosity"))
         .current_dir(folder)
         .env("XDG_RUNTIME_DIR", folder)
+        .env("XDG_CACHE_HOME", folder.join("cache"))
         .args(arguments)
         .output()
         .unwrap()

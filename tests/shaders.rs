@@ -92,8 +92,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     assert_eq!(
         patches("Settings"),
         rust_layout!(BatchSettings: receiver_count, group_count, slot_count, resolution, tiles_per_row, near, bias,
-            filtered, first_slot, end_slot, first_receiver, end_receiver, shooter_count, spare, spare_too,
-            spare_three)
+            filtered, first_slot, end_slot, first_receiver, end_receiver, shooter_count, attenuation,
+            patch_area, spare)
     );
     assert_eq!(
         patches("Receiver"),
@@ -107,7 +107,7 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     );
     assert_eq!(
         patches("Shooter"),
-        rust_layout!(Shooter: centre, area, origin, spare, normal, spare_too, half_u, spare_three, half_v, spare_four,
+        rust_layout!(Shooter: centre, area, origin, first, normal, count, half_u, spare_three, half_v, spare_four,
             tangent, spare_five, radiosity, spare_six)
     );
     assert_eq!(patches("Face"), rust_layout!(Face: x, y, w));

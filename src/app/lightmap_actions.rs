@@ -84,6 +84,7 @@ impl App {
             input: self.document.edit.solve_input(),
             map: self.lightmap.map.clone(),
             settings: self.lightmap.settings.clone(),
+            cache: self.lightmap.cache.clone(),
         };
         self.layout.ambient = false;
         self.layout.second_view = true;

@@ -19,6 +19,7 @@ use super::{
     solving::{Elements, SolveInput, elements_for},
 };
 use crate::{
+    files::atlas_cache::AtlasCache,
     gpu::{
         ViewGeometry,
         lightmap::{
@@ -55,6 +56,8 @@ pub struct LightmapInput {
     pub map: LightmapSettings,
     /// How it is solved.
     pub settings: GpuSettings,
+    /// Where maps are kept from run to run.
+    pub cache: Option<AtlasCache>,
 }
 
 /// A lightmap as views show it: its pages are on the card, and change there.
@@ -205,7 +208,12 @@ impl Work {
             self.send(LightmapEvent::Status(format!("{stage}{percent}")));
             !self.shared.stopped.load(Relaxed)
         };
-        let Some(atlas) = Atlas::new(&elements.scene, &*elements.tracer, map, &report)? else {
+        let (scene, tracer) = (&elements.scene, &*elements.tracer);
+        let found = match &self.input.cache {
+            Some(cache) => cache.atlas(scene, tracer, map, &report)?.map(|(atlas, _)| atlas),
+            None => Atlas::new(scene, tracer, map, &report)?,
+        };
+        let Some(atlas) = found else {
             return Err(String::from("the lightmap was stopped before there was light"));
         };
         let places = vertex_places(&elements);

@@ -12,6 +12,7 @@ use super::{
     results::{Field, Results},
 };
 use crate::{
+    files::atlas_cache::AtlasCache,
     gpu::{
         lightmap::{Stage, timing::PassTime},
         map_picture::{MapPictureFrame, Pictured},
@@ -41,6 +42,8 @@ pub struct LightmapPanel {
     pub times: Option<Vec<PassTime>>,
     /// The nearest texel is shown, and not a mean of four.
     pub nearest: bool,
+    /// Where maps are kept from run to run; none unless somebody says so.
+    pub cache: Option<AtlasCache>,
     picture: Picture,
     page: u32,
     outlines: bool,
@@ -66,6 +69,7 @@ impl Default for LightmapPanel {
             status: String::new(),
             times: None,
             nearest: false,
+            cache: None,
             picture: Picture::Page,
             page: 0,
             outlines: true,
@@ -127,6 +131,7 @@ impl LightmapPanel {
         rows(ui, "lightmap", |ui| self.settings_ui(ui));
         ui.horizontal_wrapped(|ui| {
             ui.checkbox(&mut self.settings.no_filter, "Nearest depth").on_hover_text(help("no_filter"));
+            ui.checkbox(&mut self.map.no_coverage, "No coverage").on_hover_text(help("no_coverage"));
             ui.checkbox(&mut self.settings.ambient, "Ambient rest").on_hover_text(help("ambient"));
             let tooltip = "The nearest texel of the map is shown, and not a mean of the four around";
             ui.checkbox(&mut self.nearest, "Nearest texel").on_hover_text(tooltip);
@@ -154,6 +159,10 @@ impl LightmapPanel {
         settings.group = settings.group.next_power_of_two();
         let left = Slider::new(&mut settings.unabsorbed, 0.0005..=0.2).logarithmic(true);
         row(ui, "Light left", &help("unabsorbed"), left);
+        let far = Slider::new(&mut settings.far_group, 1..=64).custom_formatter(|value, _| format!("{value}"));
+        row(ui, "Far group side", &help("far_group"), far);
+        settings.far_group = settings.far_group.next_power_of_two();
+        choice_row(ui, "Attenuation", &help("attenuation"), &mut settings.attenuation);
         row(ui, "Bias", &help("bias"), Slider::new(&mut settings.bias, 0.0..=8.0));
         choice_row(ui, "Order", &help("order"), &mut settings.order);
         choice_row(ui, "Update", &help("update"), &mut settings.update);

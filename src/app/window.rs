@@ -11,6 +11,7 @@ use std::{
 use anyhow::anyhow;
 
 use super::{App, device_loss::Shown, loader::OpenedScene};
+use crate::files::atlas_cache::AtlasCache;
 
 /// A device that is lost in less time does not bear the window.
 const SHORT_LIFE: Duration = Duration::from_secs(20);
@@ -40,7 +41,9 @@ pub fn run(opened: OpenedScene) -> anyhow::Result<()> {
         let create: eframe::AppCreator<'_> = Box::new(move |creation| {
             let mut kept = kept.borrow_mut();
             if let Some(scene) = scene {
-                *kept = Some(Rc::new(RefCell::new(App::new(creation, scene, Path::new(".")))));
+                let mut app = App::new(creation, scene, Path::new("."));
+                app.lightmap.cache = AtlasCache::of_user();
+                *kept = Some(Rc::new(RefCell::new(app)));
             } else if let Some(app) = &*kept {
                 app.borrow_mut().attach(creation);
             }

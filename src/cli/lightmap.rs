@@ -19,7 +19,10 @@ use super::{
     scene_args::{LightArgs, LoadedScene, SceneArgs},
 };
 use crate::{
-    files::lightmap_export::{SOLUTION_NAME, write_lightmap},
+    files::{
+        atlas_cache::AtlasCache,
+        lightmap_export::{SOLUTION_NAME, write_lightmap},
+    },
     gpu::{
         device::{self, FoundDevice},
         lightmap::{GpuSolver, timing::PassTime},
@@ -48,6 +51,9 @@ pub struct LightmapArgs {
     /// A part of the device's name, as `radiosity devices` lists it; else the best one.
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,
+    /// Unwrap and measure anew, and keep nothing for the next time.
+    #[arg(long)]
+    pub no_cache: bool,
     /// The folder that the files go to: the solution, each page as EXR and PNG, the scene as OBJ.
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
@@ -108,7 +114,7 @@ pub fn run(args: &LightmapArgs, matches: &ArgMatches) -> anyhow::Result<Outcome>
     let mut progress = Progress::new(args.json);
     let tracer = Tracer::new(Arc::clone(&loaded.scene));
     let started = Instant::now();
-    let Some(atlas) = unwrap_with_progress(&loaded, &tracer, &args.map, &cancelled, args.json)? else {
+    let Some(atlas) = unwrap_with_progress(&loaded, &tracer, args, &cancelled)? else {
         eprintln!("cancelled: there is nothing to keep yet");
         return Ok(Outcome::Cancelled);
     };
@@ -186,22 +192,30 @@ fn cancelled_by_interrupt() -> Arc<AtomicBool> {
 fn unwrap_with_progress(
     loaded: &LoadedScene,
     tracer: &Tracer,
-    map: &LightmapSettings,
+    args: &LightmapArgs,
     cancelled: &AtomicBool,
-    quiet: bool,
 ) -> anyhow::Result<Option<Atlas>> {
-    let progress = std::sync::Mutex::new(Progress::new(quiet));
+    let progress = std::sync::Mutex::new(Progress::new(args.json));
     let report = |stage: &str, fraction: Option<f32>| {
         if let Ok(mut progress) = progress.lock() {
             progress.update(fraction.unwrap_or(0.0), stage);
         }
         !cancelled.load(Relaxed)
     };
-    let atlas = Atlas::new(&loaded.scene, tracer, map, &report).map_err(anyhow::Error::msg)?;
+    let cache = AtlasCache::of_user().filter(|_| !args.no_cache);
+    let found = match cache {
+        Some(cache) => cache.atlas(&loaded.scene, tracer, &args.map, &report),
+        None => Atlas::new(&loaded.scene, tracer, &args.map, &report).map(|made| made.map(|atlas| (atlas, false))),
+    };
+    let found = found.map_err(anyhow::Error::msg)?;
     if let Ok(progress) = progress.into_inner() {
-        progress.finish("lightmap coordinates and texels are ready");
+        progress.finish(match &found {
+            Some((_, true)) => "lightmap coordinates and texels were kept from last time",
+            Some((_, false)) => "lightmap coordinates and texels are ready",
+            None => "",
+        });
     }
-    Ok(atlas)
+    Ok(found.map(|(atlas, _)| atlas))
 }
 
 fn show(progress: &mut Progress, solver: &GpuSolver, started: Instant) {

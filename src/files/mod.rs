@@ -1,5 +1,6 @@
 //! Files in and out, for the command line and the window: whole or not at all, with errors that name the file.
 
+pub mod atlas_cache;
 pub mod lightmap_export;
 pub mod loaded_scene;
 pub mod mesh_export;

@@ -25,7 +25,7 @@ struct Pages {
 
 @group(0) @binding(0) var<uniform> picture: PictureUniforms;
 @group(0) @binding(1) var<storage, read> pages: Pages;
-@group(0) @binding(2) var hemicubes: texture_depth_2d;
+@group(0) @binding(2) var hemicubes: texture_2d<f32>;
 
 const PI = 3.14159265358979;
 const OUTLINE = vec3f(1.0, 0.55, 0.1);
@@ -79,7 +79,7 @@ fn page(@builtin(position) position: vec4f) -> @location(0) vec4f {
 @fragment
 fn depth(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let place = vec2u(point(position) * vec2f(textureDimensions(hemicubes)));
-    let stored = textureLoad(hemicubes, place, 0);
+    let stored = textureLoad(hemicubes, place, 0).x;
     if stored <= 0.0 {
         return shown(vec3f(0.1, 0.1, 0.25));
     }

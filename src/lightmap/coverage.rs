@@ -19,6 +19,15 @@ pub struct Piece {
     pub outline: Vec<DVec2>,
 }
 
+impl Piece {
+    /// The whole texel in its place, if the triangle covers its middle.
+    pub fn whole_texel(self, triangle: &TexelTriangle) -> Option<Self> {
+        let middle = DVec2::new(f64::from(self.texel[0]), f64::from(self.texel[1])) + 0.5;
+        let centroid = triangle.barycentric(middle);
+        triangle.contains(middle).then(|| Self { share: 1.0 / triangle.area(), centroid, ..self })
+    }
+}
+
 /// A triangle in texels, with the way back to its barycentric coordinates.
 #[derive(Clone, Copy, Debug)]
 pub struct TexelTriangle {
@@ -168,6 +177,22 @@ mod tests {
         let found = pieces([Vec2::new(0.0, 1.01), Vec2::new(9.0, 1.02), Vec2::new(9.0, 1.03)], [9, 9]);
         assert_eq!(found.len(), 9);
         assert!((found.iter().map(|piece| piece.share).sum::<f64>() - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn without_coverage_texels_count_whole_where_their_middle_lies_inside() {
+        // Of the half square of two texels a side, one middle lies inside and two on the edge: three whole texels of one
+        // each, where the triangle has an area of two.
+        let corners = [Vec2::ZERO, Vec2::new(2.0, 0.0), Vec2::new(0.0, 2.0)];
+        let triangle = TexelTriangle::new(corners).unwrap();
+        let whole: Vec<Piece> =
+            pieces(corners, [2, 2]).into_iter().filter_map(|piece| piece.whole_texel(&triangle)).collect();
+        assert_eq!(whole.iter().map(|piece| piece.texel).collect::<Vec<_>>(), [[0, 0], [1, 0], [0, 1]]);
+        assert!(whole.iter().all(|piece| piece.share * triangle.area() == 1.0));
+        // A sliver between all middles has none.
+        let sliver = [Vec2::new(0.0, 1.01), Vec2::new(9.0, 1.02), Vec2::new(9.0, 1.03)];
+        let triangle = TexelTriangle::new(sliver).unwrap();
+        assert!(pieces(sliver, [9, 9]).into_iter().all(|piece| piece.whole_texel(&triangle).is_none()));
     }
 
     #[test]

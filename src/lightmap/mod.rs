@@ -18,7 +18,7 @@ mod tests;
 
 pub use charts::Charts;
 pub use dilate::{fill_rings, pages_of};
-pub use settings::{GpuSettings, PageUpdate, ShootingOrder};
+pub use settings::{Attenuation, GpuSettings, PageUpdate, ShootingOrder};
 pub use texels::{Texel, texel_table};
 pub use unwrap::{LightmapSettings, unwrap};
 
@@ -48,7 +48,8 @@ impl Atlas {
         let Some(charts) = unwrap(scene, settings, progress)? else {
             return Ok(None);
         };
-        let texels = texel_table(scene, tracer, &charts, &|done| progress("measuring texels", Some(done)));
+        let report = |done| progress("measuring texels", Some(done));
+        let texels = texel_table(scene, tracer, (&charts, settings.no_coverage), &report);
         Ok(texels.map(|texels| Self { charts, texels }))
     }
 }

@@ -1,6 +1,6 @@
 //! How much of a texel is open: not under an object, nor inside of one, nor in the hole of a cut-out.
 
-use glam::{DVec2, Vec2, Vec3};
+use glam::{DVec2, Vec2};
 
 use super::coverage::{Piece, TexelTriangle};
 use crate::{
@@ -14,24 +14,14 @@ pub(super) struct Openness {
     pub(super) share: f32,
     /// Barycentric coordinates of its middle; of the piece's where nothing is open.
     pub(super) centroid: Vec2,
+    /// Distance of the nearest other surface [local units]; infinite if there is none.
+    pub(super) clearance: f32,
 }
 
 /// Points looked at first, along each side of a texel.
 const COARSE: u32 = 2;
 /// And where those disagree.
 const FINE: u32 = 6;
-
-/// Directions about +z that tell whether a point is buried: two rings, 30 and 60 degrees from the normal.
-const DIRECTIONS: [Vec3; 8] = [
-    Vec3::new(0.5, 0.0, 0.866),
-    Vec3::new(-0.5, 0.0, 0.866),
-    Vec3::new(0.0, 0.5, 0.866),
-    Vec3::new(0.0, -0.5, 0.866),
-    Vec3::new(0.612, 0.612, 0.5),
-    Vec3::new(-0.612, 0.612, 0.5),
-    Vec3::new(0.612, -0.612, 0.5),
-    Vec3::new(-0.612, -0.612, 0.5),
-];
 
 /// Looks at some points of a piece; more where they disagree.
 pub(super) fn openness(
@@ -41,24 +31,29 @@ pub(super) fn openness(
     flat: &TexelTriangle,
     piece: &Piece,
 ) -> Openness {
-    let test = |point: Vec2| is_open(scene, tracer, triangle, point);
+    let mut clearance = f32::INFINITY;
+    let mut test = |point: Vec2| {
+        let found = clearance_of(scene, tracer, triangle, point);
+        clearance = clearance.min(found.unwrap_or(f32::INFINITY));
+        found.is_some()
+    };
     let mut points = points_in(flat, piece, COARSE);
     points.push(piece.centroid);
     let open = points.iter().filter(|point| test(**point)).count();
     if open == points.len() {
-        return Openness { share: 1.0, centroid: piece.centroid };
+        return Openness { share: 1.0, centroid: piece.centroid, clearance };
     }
     let fine = points_in(flat, piece, FINE);
     let points = if fine.is_empty() { points } else { fine };
     let found: Vec<Vec2> = points.iter().copied().filter(|point| test(*point)).collect();
     if found.is_empty() {
-        return Openness { share: 0.0, centroid: piece.centroid };
+        return Openness { share: 0.0, centroid: piece.centroid, clearance };
     }
     let centroid = found.iter().sum::<Vec2>() / found.len() as f32;
     // The middle of a bent part may be buried itself: then the point next to it.
     let nearest = |a: &&Vec2, b: &&Vec2| a.distance_squared(centroid).total_cmp(&b.distance_squared(centroid));
     let centroid = if test(centroid) { centroid } else { found.iter().min_by(nearest).copied().unwrap_or(centroid) };
-    Openness { share: found.len() as f32 / points.len() as f32, centroid }
+    Openness { share: found.len() as f32 / points.len() as f32, centroid, clearance }
 }
 
 /// The points of a grid in the texel that lie in the piece, in barycentric coordinates.
@@ -69,17 +64,11 @@ pub(super) fn points_in(flat: &TexelTriangle, piece: &Piece, side: u32) -> Vec<V
     points.filter(|point| flat.contains(*point)).map(|point| flat.barycentric(point)).collect()
 }
 
-/// False in a cut-out's hole, and where most rays meet back faces.
-fn is_open(scene: &Scene, tracer: &dyn RayTracer, triangle: u32, point: Vec2) -> bool {
+/// How far the next surface is; none in a cut-out's hole and where the point is buried.
+fn clearance_of(scene: &Scene, tracer: &dyn RayTracer, triangle: u32, point: Vec2) -> Option<f32> {
     if scene.may_be_cut_out(triangle) && scene.is_cut_out(triangle, point) {
-        return false;
+        return None;
     }
-    let from = SurfacePoint::new(scene, triangle, point);
-    let (tangent, bitangent) = from.geometric_normal.any_orthonormal_pair();
-    let back_hits = DIRECTIONS.iter().filter(|direction| {
-        let direction = direction.x * tangent + direction.y * bitangent + direction.z * from.geometric_normal;
-        let ray = from.ray(direction.normalize_or_zero());
-        ray.and_then(|ray| tracer.closest_hit(&ray)).is_some_and(|hit| !hit.front)
-    });
-    2 * back_hits.count() <= DIRECTIONS.len()
+    let around = SurfacePoint::new(scene, triangle, point).surroundings(tracer);
+    (!around.is_buried).then_some(around.clearance)
 }

@@ -14,6 +14,21 @@ pub enum ShootingOrder {
     Mesh,
 }
 
+/// How light fades with distance. Only the first is what light does; the others are what programs have tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Attenuation {
+    /// The form factor, exact where a shooter is near.
+    #[default]
+    Physical,
+    /// By the distance, whatever a patch's size (too bright from afar; light out of nothing).
+    Linear,
+    /// By its square, whatever a patch's size.
+    Quadratic,
+    /// By its square and the patch's size, also where that is near (too bright in corners).
+    Patch,
+}
+
 /// When the window shows what was added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -32,12 +47,18 @@ pub struct GpuSettings {
     /// Stop when this fraction of the emitted power is still unabsorbed.
     #[arg(long, value_name = "FRACTION", default_value_t = GpuSettings::default().unabsorbed)]
     pub unabsorbed: f32,
-    /// Texels along the side of a group that shoots as one: 1, 2, 4, 8 or 16.
+    /// Texels along the side of a group that shoots as one, where other surfaces are near: 1, 2, 4, 8 or 16.
     #[arg(long, value_name = "TEXELS", default_value_t = GpuSettings::default().group)]
     pub group: u32,
+    /// The same where no other surface is nearer than the group is wide: 1 to 64, but not less than `group`.
+    #[arg(long, value_name = "TEXELS", default_value_t = GpuSettings::default().far_group)]
+    pub far_group: u32,
     /// Who shoots next.
     #[arg(long, value_enum, default_value_t = GpuSettings::default().order)]
     pub order: ShootingOrder,
+    /// How light fades with distance.
+    #[arg(long, value_enum, default_value_t = GpuSettings::default().attenuation)]
+    pub attenuation: Attenuation,
     /// Pixels along a group's hemicube: even, 16 to 512.
     #[arg(long, value_name = "PIXELS", default_value_t = GpuSettings::default().hemicube)]
     pub hemicube: u32,
@@ -73,7 +94,9 @@ impl Default for GpuSettings {
         Self {
             unabsorbed: 0.01,
             group: 4,
+            far_group: 16,
             order: ShootingOrder::Brightest,
+            attenuation: Attenuation::Physical,
             hemicube: 64,
             light_hemicube: 256,
             light_side: 8,
@@ -95,6 +118,9 @@ impl GpuSettings {
         }
         if !(self.group.is_power_of_two() && self.group <= 16) {
             return Some(format!("group must be 1, 2, 4, 8 or 16 texels, not {}", self.group));
+        }
+        if !(self.far_group.is_power_of_two() && self.far_group <= 64) {
+            return Some(format!("far-group must be 1, 2, 4, ... or 64 texels, not {}", self.far_group));
         }
         for (name, pixels, most) in [("hemicube", self.hemicube, 512), ("light-hemicube", self.light_hemicube, 1024)] {
             if !(16..=most).contains(&pixels) || !pixels.is_multiple_of(2) {

@@ -16,7 +16,8 @@ use crate::{
 };
 
 /// A texel that is covered by surface: wholly, or by what a triangle leaves in it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Texel {
     /// Its number among the texels of all pages ([`Charts::pixel`]).
     pub pixel: u32,
@@ -41,6 +42,8 @@ pub struct Texel {
     pub reflectance: Vec3,
     /// Emission M = π L [W/m²].
     pub emission: Vec3,
+    /// Distance of the nearest other surface, as far as rays tell [local units]; infinite if there is none.
+    pub clearance: f32,
 }
 
 impl Texel {
@@ -56,11 +59,13 @@ const TEXTURE_POINTS: u32 = 4;
 /// Finds the texels of a map. They are sorted so that any square block of 2^n texels a side, aligned to its own size and
 /// within one chart and one main direction of the surface, is one run ([`block_key`]).
 ///
+/// With the second of `charts` set, a texel counts whole if its middle is covered, and not at all else.
+///
 /// `progress` gets the part that is done, and may stop it by returning false: then the result is `None`.
 pub fn texel_table(
     scene: &Scene,
     tracer: &dyn RayTracer,
-    charts: &Charts,
+    (charts, middles_only): (&Charts, bool),
     progress: &(dyn Fn(f32) -> bool + Sync),
 ) -> Option<Vec<Texel>> {
     let triangle_count = charts.pages.len();
@@ -75,7 +80,7 @@ pub fn texel_table(
                 if stopped.load(Relaxed) {
                     return parts;
                 }
-                parts_of_triangle(scene, tracer, charts, triangle as u32, &stopped, &mut parts);
+                parts_of_triangle(scene, tracer, (charts, middles_only), triangle as u32, &stopped, &mut parts);
             }
             let done = done.fetch_add(TRIANGLES_PER_TASK, Relaxed) + TRIANGLES_PER_TASK;
             if !progress((done as f32 / triangle_count as f32).min(1.0)) {
@@ -149,12 +154,13 @@ struct Part {
     open: f32,
     barycentric: Vec2,
     reflectance: Vec3,
+    clearance: f32,
 }
 
 fn parts_of_triangle(
     scene: &Scene,
     tracer: &dyn RayTracer,
-    charts: &Charts,
+    (charts, middles_only): (&Charts, bool),
     triangle: u32,
     stopped: &AtomicBool,
     parts: &mut Vec<Part>,
@@ -171,6 +177,9 @@ fn parts_of_triangle(
         if stopped.load(Relaxed) {
             return;
         }
+        let Some(piece) = (if middles_only { piece.whole_texel(&flat) } else { Some(piece) }) else {
+            return;
+        };
         let open = openness(scene, tracer, triangle, &flat, &piece);
         parts.push(Part {
             pixel: charts.pixel(charts.pages[index], piece.texel[0], piece.texel[1]) as u32,
@@ -178,6 +187,7 @@ fn parts_of_triangle(
             area: (piece.share * f64::from(area)) as f32,
             open: open.share,
             barycentric: open.centroid,
+            clearance: open.clearance,
             reflectance: mean_reflectance(scene, triangle, &flat, &piece),
         });
     });
@@ -232,5 +242,6 @@ fn merged(scene: &Scene, charts: &Charts, parts: &[Part]) -> Texel {
         open: (open / area).min(1.0),
         reflectance: mean(&|part| part.reflectance) / total,
         emission: std::f32::consts::PI * radiance,
+        clearance: parts.iter().fold(f32::INFINITY, |least, part| least.min(part.clearance)),
     }
 }

@@ -23,11 +23,14 @@ pub struct LightmapSettings {
     /// A page of the lightmap is no larger than this many texels a side; more become several pages.
     #[arg(long, value_name = "N", default_value_t = LightmapSettings::default().page_size)]
     pub page_size: u32,
+    /// A texel counts whole if a triangle covers its middle, and not at all else; otherwise by what is covered of it.
+    #[arg(long)]
+    pub no_coverage: bool,
 }
 
 impl Default for LightmapSettings {
     fn default() -> Self {
-        Self { texels_per_metre: None, texels: 20_000, page_size: 2048 }
+        Self { texels_per_metre: None, texels: 20_000, page_size: 2048, no_coverage: false }
     }
 }
 

@@ -58,6 +58,11 @@ impl SurfacePoint {
 
     /// True if rays from the point mostly meet back faces: the rule by which vertices are found to be buried.
     pub fn is_buried(&self, tracer: &dyn RayTracer) -> bool {
+        self.surroundings(tracer).is_buried
+    }
+
+    /// What rays all over the hemisphere meet.
+    pub fn surroundings(&self, tracer: &dyn RayTracer) -> Surroundings {
         let normal = self.geometric_normal;
         let basis = Mat3::from_cols(
             normal.any_orthogonal_vector().normalize(),
@@ -70,9 +75,22 @@ impl SurfacePoint {
             let (sine, cosine) = (PI * (3.0 - 5.0_f32.sqrt()) * index as f32).sin_cos();
             self.ray(basis * Vec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).sqrt()))
         });
-        let back_hits = rays.filter(|ray| tracer.closest_hit(ray).is_some_and(|hit| !hit.front)).count();
-        2 * back_hits > RAYS_FOR_BURIAL as usize
+        let (mut back_hits, mut clearance) = (0, f32::INFINITY);
+        for hit in rays.filter_map(|ray| tracer.closest_hit(&ray)) {
+            back_hits += usize::from(!hit.front);
+            clearance = clearance.min(hit.distance);
+        }
+        Surroundings { is_buried: 2 * back_hits > RAYS_FOR_BURIAL as usize, clearance }
     }
+}
+
+/// What lies around a point of a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Surroundings {
+    /// Most of it are back faces.
+    pub is_buried: bool,
+    /// Distance of the nearest surface that rays met; infinite if none did.
+    pub clearance: f32,
 }
 
 /// `position`, a computed point of the triangle with these corners, moved along `normal` past the surface.

@@ -29,17 +29,22 @@ pub(crate) fn window_at_scale(folder: &Path, scale: f32) -> Option<Harness<'stat
         println!("skipped: {reason}");
         return None;
     }
-    let (mut state, warnings) = loaded_scene::read_state(Path::new("cornell"), None).unwrap();
-    let settings = state.settings.as_mut().unwrap();
+    Some(window_of(Path::new("cornell"), folder, SIZE, scale))
+}
+
+/// The window with a scene at small settings.
+pub(crate) fn window_of(scene: &Path, folder: &Path, size: [f32; 2], scale: f32) -> Harness<'static, App> {
+    let (mut state, warnings) = loaded_scene::read_state(scene, None).unwrap();
+    let settings = state.settings.get_or_insert_default();
     (settings.rays, settings.light_rays, settings.subdivide, settings.bounces) = (32, 8, 2, Some(3));
     let options = state.load.clone().unwrap_or_default();
-    let loaded = LoadedScene::load(Path::new("cornell"), state, options).unwrap();
+    let loaded = LoadedScene::load(scene, state, options).unwrap();
     let opened = loader::prepare(loaded, warnings).unwrap();
     let folder = folder.to_path_buf();
-    let builder = Harness::builder().with_size(SIZE).with_pixels_per_point(scale);
+    let builder = Harness::builder().with_size(size).with_pixels_per_point(scale);
     let mut harness = builder.wgpu().build_eframe(|creation| App::new(creation, opened, &folder));
     harness.run_steps(4);
-    Some(harness)
+    harness
 }
 
 pub(crate) fn press(window: &mut Harness<'_, App>, key: Key) {

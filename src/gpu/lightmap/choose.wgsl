@@ -171,7 +171,9 @@ fn take(@builtin(workgroup_id) slot: vec3u, @builtin(local_invocation_index) loc
         shooter.centre = group.centre;
         shooter.area = select(0.0, group.area, is_used);
         shooter.origin = group.origin;
+        shooter.first = group.first;
         shooter.normal = group.normal;
+        shooter.count = group.count;
         shooter.half_u = group.half_u;
         shooter.half_v = group.half_v;
         shooter.tangent = group.tangent;

@@ -55,6 +55,9 @@ impl GpuSolver {
     /// # Errors
     /// One line, if the device was lost.
     pub fn fields(&self) -> Result<TexelFields, String> {
+        if self.is_lost {
+            return Err(String::from("the graphics device was lost"));
+        }
         let all_lamps =
             self.lamps_done == self.patches.lamps.len() as u32 && (!self.from_lamps || self.batch.is_done());
         let direct = if all_lamps { &self.buffers.direct } else { &self.buffers.irradiance };

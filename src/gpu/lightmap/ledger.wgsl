@@ -7,7 +7,8 @@
 @group(0) @binding(3) var<storage, read> delta_form_factors: array<f32>;
 @group(0) @binding(4) var<storage, read_write> escaped: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> ledger: Ledger;
-@group(0) @binding(6) var depth: texture_depth_2d;
+// Depth, as a texture of numbers: OpenGL loads no single texels of depth textures.
+@group(0) @binding(6) var depth: texture_2d<f32>;
 
 struct Ledger {
     // Since the start.
@@ -34,7 +35,7 @@ fn find_escaped(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
     var part = 0.0;
     for (var pixel = local; pixel < pixels; pixel += 256u) {
         let place = corner + vec2u(pixel % settings.resolution, pixel / settings.resolution);
-        if textureLoad(depth, place, 0) == 0.0 {
+        if textureLoad(depth, place, 0).x == 0.0 {
             part += delta_form_factors[pixel];
         }
     }

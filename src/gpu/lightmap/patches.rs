@@ -38,12 +38,12 @@ pub struct BatchSettings {
     pub end_receiver: u32,
     /// Shooters before this batch.
     pub shooter_count: u32,
+    /// How light fades with distance: a number of [`crate::lightmap::Attenuation`].
+    pub attenuation: u32,
+    /// Mean area of a group, for attenuations that know no other.
+    pub patch_area: f32,
     /// Not used.
     pub spare: u32,
-    /// Not used.
-    pub spare_too: u32,
-    /// Not used.
-    pub spare_three: u32,
 }
 
 /// A texel that light arrives at.
@@ -108,12 +108,12 @@ pub struct Shooter {
     pub area: f32,
     /// Where its hemicube stands.
     pub origin: Vec3,
-    /// Not used.
-    pub spare: f32,
+    /// Its first texel.
+    pub first: u32,
     /// Unit normal.
     pub normal: Vec3,
-    /// Not used.
-    pub spare_too: f32,
+    /// Its texels; none for a light.
+    pub count: u32,
     /// From its middle to the middle of a side.
     pub half_u: Vec3,
     /// Not used.
@@ -221,13 +221,14 @@ const MOST_EMITTERS: usize = 1024;
 const FEWEST_EMITTERS: usize = 32;
 
 impl Patches {
-    /// Groups are blocks of 2^`level` texels a side; the placed light is cut into `lamp_side`² shooters.
-    pub fn new(atlas: &Atlas, light: Option<&AreaLight>, level: u32, lamp_side: u32) -> Self {
+    /// Groups are blocks of 2^n texels a side, n from the first of `levels`, where other surfaces are near, to the second;
+    /// the placed light is cut into `lamp_side`² shooters.
+    pub fn new(atlas: &Atlas, light: Option<&AreaLight>, levels: [u32; 2], lamp_side: u32) -> Self {
         let open: Vec<u32> =
             (0..atlas.texels.len() as u32).filter(|&index| is_open(&atlas.texels[index as usize])).collect();
         let texels: Vec<&Texel> = open.iter().map(|&index| &atlas.texels[index as usize]).collect();
         let receivers = texels.iter().map(|texel| receiver(texel)).collect();
-        let groups = groups(atlas, &texels, level);
+        let groups = groups(atlas, &texels, levels);
         let mut lamps: Vec<Shooter> = light.map_or(Vec::new(), |light| lamps_of(light, lamp_side));
         lamps.extend(emitters(atlas, &texels));
         let emitted = lamps.iter().map(|lamp| lamp.area * lamp.radiosity).sum();
@@ -263,16 +264,36 @@ fn receiver(texel: &Texel) -> Receiver {
     }
 }
 
-/// Runs of texels that lie in one block.
-fn groups(atlas: &Atlas, texels: &[&Texel], level: u32) -> Vec<Group> {
+/// A block shoots as one where every other surface is this many times its side away, or more: what stands nearer sees its
+/// parts, and not its middle. On the Cornell box a smaller one errs more, and a larger one leaves all blocks small.
+const FAR: f32 = 0.5;
+
+/// Runs of texels that lie in one block: of the second level where nothing is near, down to the first where something is.
+fn groups(atlas: &Atlas, texels: &[&Texel], [finest, coarsest]: [u32; 2]) -> Vec<Group> {
+    let mut found = Vec::new();
     let mut first = 0;
-    let runs = texels.chunk_by(|a, b| block_key(&atlas.charts, a, level) == block_key(&atlas.charts, b, level));
-    runs.map(|run| {
-        let group = group(atlas, run, first);
+    let key = |texel: &Texel| block_key(&atlas.charts, texel, coarsest.max(finest));
+    for run in texels.chunk_by(|a, b| key(a) == key(b)) {
+        split(atlas, run, (first, coarsest.max(finest), finest), &mut found);
         first += run.len() as u32;
-        group
-    })
-    .collect()
+    }
+    found
+}
+
+/// One block as a group, or its four quarters, if something is near.
+fn split(atlas: &Atlas, run: &[&Texel], (first, level, finest): (u32, u32, u32), found: &mut Vec<Group>) {
+    let mean_area = run.iter().map(|texel| texel.area).sum::<f32>() / run.len() as f32;
+    let side = (1_u32 << level) as f32 * mean_area.sqrt();
+    if level == finest || run.iter().all(|texel| texel.clearance >= FAR * side) {
+        found.push(group(atlas, run, first));
+        return;
+    }
+    let mut first = first;
+    let key = |texel: &Texel| block_key(&atlas.charts, texel, level - 1);
+    for quarter in run.chunk_by(|a, b| key(a) == key(b)) {
+        split(atlas, quarter, (first, level - 1, finest), found);
+        first += quarter.len() as u32;
+    }
 }
 
 fn group(atlas: &Atlas, texels: &[&Texel], first: u32) -> Group {
@@ -362,12 +383,12 @@ fn cut(whole: &Shooter, side: u32) -> Vec<Shooter> {
 /// The emissive texels as shooters: in groups where there are many, cut where there are few.
 fn emitters(atlas: &Atlas, texels: &[&Texel]) -> Vec<Shooter> {
     let emissive: Vec<&Texel> = texels.iter().copied().filter(|texel| texel.emission.max_element() > 0.0).collect();
-    let mut found = groups(atlas, &emissive, 0);
+    let mut found = groups(atlas, &emissive, [0; 2]);
     for level in 1..16 {
         if found.len() <= MOST_EMITTERS {
             break;
         }
-        found = groups(atlas, &emissive, level);
+        found = groups(atlas, &emissive, [level; 2]);
     }
     let side = if found.is_empty() { 1 } else { (FEWEST_EMITTERS as f32 / found.len() as f32).sqrt().ceil() as u32 };
     let shooter = |group: &Group| {

@@ -22,9 +22,10 @@ struct Settings {
     end_receiver: u32,
     // Shooters before this batch.
     shooter_count: u32,
+    // 0: as it is; 1: linear; 2: quadratic; 3: quadratic with the patch's size.
+    attenuation: u32,
+    patch_area: f32,
     spare: u32,
-    spare_too: u32,
-    spare_three: u32,
 }
 
 struct Receiver {
@@ -68,9 +69,10 @@ struct Shooter {
     centre: vec3f,
     area: f32,
     origin: vec3f,
-    spare: f32,
+    // Its texels.
+    first: u32,
     normal: vec3f,
-    spare_too: f32,
+    count: u32,
     half_u: vec3f,
     spare_three: f32,
     half_v: vec3f,

@@ -5,8 +5,10 @@ pub(super) fn read<T: bytemuck::Pod>(device: &wgpu::Device, buffer: &wgpu::Buffe
     buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {}); // a failure shows in get_mapped_range
     device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| format!("the graphics driver failed: {error}"))?;
     let values = {
-        let mapped =
-            buffer.slice(..).get_mapped_range().map_err(|error| format!("the graphics device was lost: {error}"))?;
+        let mapped = buffer.slice(..).get_mapped_range().map_err(|error| {
+            let error = error.to_string();
+            format!("the graphics device was lost: {}", error.lines().next().unwrap_or_default())
+        })?;
         bytemuck::pod_collect_to_vec(&mapped)
     };
     buffer.unmap();

@@ -7,12 +7,16 @@
 @group(0) @binding(3) var<storage, read_write> irradiance: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> unshot: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> sums: array<PowerSums>;
-@group(0) @binding(6) var depth: texture_depth_2d;
+// Depth, as a texture of numbers: OpenGL loads no single texels of depth textures.
+@group(0) @binding(6) var depth: texture_2d<f32>;
 
 const PI: f32 = 3.14159265;
 
 // A shooter nearer than this many times the root of its area is integrated as a polygon.
 override near_ratio: f32 = 5.0;
+
+// Heights over a shooter's plane below this part of its side are rounding.
+const LEAST_HEIGHT: f32 = 1e-3;
 
 var<workgroup> shared_sums: array<PowerSums, 64>;
 
@@ -67,24 +71,30 @@ fn form_factor(receiver: Receiver, slot: u32) -> f32 {
     let area = shooters[slot].area;
     let offset = shooters[slot].centre - receiver.position;
     let shooter_cosine = -dot(offset, shooters[slot].normal);
-    if area <= 0.0 || shooter_cosine <= 0.0 {
+    // What lies in the shooter's plane, but for rounding, gets nothing.
+    if area <= 0.0 || shooter_cosine <= LEAST_HEIGHT * sqrt(area) {
         return 0.0;
     }
     let distance_squared = dot(offset, offset);
-    if distance_squared < near_ratio * near_ratio * area {
+    if settings.attenuation == 0u && distance_squared < near_ratio * near_ratio * area {
         return polygon_form_factor(offset, shooters[slot].half_u, shooters[slot].half_v, receiver.shading_normal);
     }
     let cosine = dot(offset, receiver.shading_normal);
     if cosine <= 0.0 || dot(offset, receiver.geometric_normal) <= 0.0 {
         return 0.0;
     }
-    return area * cosine * shooter_cosine / (PI * distance_squared * distance_squared);
+    let physical = area * cosine * shooter_cosine / (PI * distance_squared * distance_squared);
+    switch settings.attenuation {
+        case 1u: { return physical * settings.patch_area / area * sqrt(distance_squared); }
+        case 2u: { return physical * settings.patch_area / area; }
+        default: { return physical; }
+    }
 }
 
 // True if what a pixel shows does not hide the receiver: the depth is compared where the pixel's ray meets the
 // receiver's plane, so that a plane seen at a slant does not shade itself.
 fn pixel_sees(pixel: vec2u, direction: vec3f, offset: vec3f, along: f32, normal: vec3f, slack: f32) -> bool {
-    let stored = textureLoad(depth, pixel, 0);
+    let stored = textureLoad(depth, pixel, 0).x;
     let slope = dot(normal, direction);
     var plane = along;
     if slope < 0.0 {
@@ -157,7 +167,9 @@ fn receive(
         var total = irradiance[index].xyz;
         var still_unshot = unshot[index].xyz;
         for (var slot = settings.first_slot; slot < settings.end_slot; slot++) {
-            let factor = form_factor(receiver, slot);
+            // On a bent surface a group's own texels may lie before its plane.
+            let is_own = index - shooters[slot].first < shooters[slot].count;
+            let factor = select(form_factor(receiver, slot), 0.0, is_own);
             if factor > 0.0 {
                 let added = factor * visibility(receiver, slot) * shooters[slot].radiosity;
                 total += added;

@@ -20,6 +20,9 @@ use crate::{
     scene::{AreaLight, Scene},
 };
 
+/// So many times the emitted power cannot wait to be shot.
+const RUNAWAY: f64 = 10.0;
+
 /// What the work of a solve is, in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SolveSize {
@@ -42,6 +45,7 @@ pub struct GpuSolver {
     pub(super) settings: GpuSettings,
     pub(super) patches: Patches,
     pub(super) texel_count: usize,
+    pub(super) patch_area: f32,
     pub(super) bytes: u64,
     pub(super) square_metres: f64,
     pub(super) scene: SceneBuffers,
@@ -59,6 +63,8 @@ pub struct GpuSolver {
     pub(super) timer: PassTimer,
     pub(super) submissions: u64,
     pub(super) longest: Duration,
+    /// The device failed: nothing can be asked of it any more.
+    pub(super) is_lost: bool,
 }
 
 impl GpuSolver {
@@ -73,7 +79,8 @@ impl GpuSolver {
         light: Option<&AreaLight>,
         settings: &GpuSettings,
     ) -> Result<Self, String> {
-        let patches = Patches::new(atlas, light, settings.group.ilog2(), settings.light_side);
+        let patches =
+            Patches::new(atlas, light, [settings.group.ilog2(), settings.far_group.ilog2()], settings.light_side);
         let most = device.limits().max_texture_dimension_2d.min(4096);
         let resolutions = [settings.light_hemicube, settings.hemicube];
         let layouts = resolutions.map(|resolution| TileLayout::new(resolution, MOST_SLOTS, most));
@@ -92,7 +99,9 @@ impl GpuSolver {
         }
         let square_metres = scene.frame.square_metres_per_unit();
         let emitted = patches.emitted.as_dvec3() * square_metres;
+        let area: f32 = patches.groups.iter().map(|group| group.area).sum();
         let mut solver = Self {
+            patch_area: area / patches.groups.len() as f32,
             device: device.clone(),
             queue: queue.clone(),
             settings: settings.clone(),
@@ -115,6 +124,7 @@ impl GpuSolver {
             timer: PassTimer::new(device, queue),
             submissions: 0,
             longest: Duration::ZERO,
+            is_lost: false,
         };
         solver.warm_up()?;
         Ok(solver)
@@ -217,6 +227,18 @@ impl GpuSolver {
     /// # Errors
     /// One line, if the device was lost.
     pub fn submit(&mut self) -> Result<(), String> {
+        let done = self.submit_next();
+        self.is_lost |= done.is_err();
+        if self.ledger.unabsorbed() > RUNAWAY {
+            return Err(format!(
+                "there is {RUNAWAY} times as much light as was emitted, and it grows: that attenuation makes light out of \
+                 nothing here"
+            ));
+        }
+        done
+    }
+
+    fn submit_next(&mut self) -> Result<(), String> {
         if self.batch.is_done() {
             self.begin_batch();
         }
@@ -289,6 +311,8 @@ impl GpuSolver {
             first_receiver: submission.receivers.start,
             end_receiver: submission.receivers.end,
             shooter_count: self.ledger.shooters as u32,
+            attenuation: self.settings.attenuation as u32,
+            patch_area: self.patch_area,
             ..BatchSettings::default()
         }
     }
