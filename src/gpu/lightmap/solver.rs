@@ -34,7 +34,7 @@ pub struct SolveSize {
     pub lamps: usize,
     /// Bytes on the device.
     pub bytes: u64,
-    /// Open area of all texels [m²].
+    /// Open area of all texels, in m².
     pub square_metres: f64,
 }
 
