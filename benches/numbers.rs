@@ -1,6 +1,6 @@
 //! The program's numbers, measured: `cargo bench --bench numbers [-- SECTION ...]`.
 //!
-//! Sections: furnace, direct, truth, slopes, threads, field, large. Seconds of one run depend on the machine; ratios
+//! Sections: furnace, direct, truth, slopes, threads, rays, field, large. Seconds of one run depend on the machine; ratios
 //! are taken within one run. Sections that need the shared test scenes are skipped, and say so, where those are absent.
 #![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap ends the benchmark")]
@@ -8,23 +8,26 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use std::{sync::Arc, time::Instant};
+use std::{path::Path, sync::Arc, time::Instant};
 
 use common::{
     cornell_light, own_scene, problem, shared, solve_unwatched,
     truths::{CASES, Case, agreement_of, case, load_options},
 };
 use glam::{DVec3, Vec3};
+use obvhs::BvhBuildParams;
 use radiosity::{
     check::{
         closed_form::furnace_irradiance,
         metrics::{Field, FieldErrors, field_errors, relative_l2},
+        ray_sets::RaySets,
         surface_points::locate,
     },
+    files::loaded_scene,
     math::sequence::Sampler,
     scene::{LoadOptions, load},
     solver::{Job, PointIrradiance, Problem, Reconstruction, Reconstructor, Solution, SolveSettings},
-    trace::{SurfacePoint, Tracer},
+    trace::{Ray, RayTracer, SurfacePoint, Tracer},
     transport::{
         Lights,
         direct::{DirectContext, ShadowRays},
@@ -32,14 +35,16 @@ use radiosity::{
         visible_light::Scratch,
     },
 };
+use rayon::prelude::*;
 
 fn main() {
-    let sections: [(&str, fn()); 7] = [
+    let sections: [(&str, fn()); 8] = [
         ("furnace", furnace),
         ("direct", direct),
         ("truth", truth),
         ("slopes", slopes),
         ("threads", threads),
+        ("rays", rays),
         ("field", field),
         ("large", large),
     ];
@@ -181,6 +186,56 @@ fn threads() {
     let mut ratios: Vec<f64> = (0..7).map(|_| seconds(1) / seconds(2)).collect();
     ratios.sort_by(f64::total_cmp);
     println!("one thread / two threads: median {:.2}, from {:.2} to {:.2}", ratios[3], ratios[0], ratios[6]);
+}
+
+/// Rays a second of processor time, times the number of threads, by how the tree is built; the median of passes in turn.
+fn rays() {
+    let builds = [
+        ("fast", BvhBuildParams::fast_build()),
+        ("medium", BvhBuildParams::medium_build()),
+        ("very slow", BvhBuildParams::very_slow_build()),
+    ];
+    let atrium = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/atrium/atrium.obj");
+    let state = loaded_scene::read_state(&atrium, None).unwrap().0;
+    let mut scenes = vec![("atrium", own_scene("atrium/atrium", &load_options()), state.light)];
+    let shared = [CASES[3], CASES[4]].into_iter().filter_map(|(name, path)| Some((name, case(name, path, 1)?)));
+    scenes.extend(shared.map(|(name, case)| (name, case.scene, case.light)));
+    println!("Mrays/s: closest hit, occluded                 scattered          gathered            shadow");
+    for (name, scene, light) in scenes {
+        let sets = RaySets::new(&scene, light.map(|light| light.to_local(&scene.frame)), 1 << 20, 1);
+        let tracers = builds.map(|(build, parameters)| {
+            let started = Instant::now();
+            let parameters = BvhBuildParams { search_depth_threshold: 0, ..parameters };
+            (build, Tracer::with_build(Arc::clone(&scene), parameters), started.elapsed())
+        });
+        let mut speeds = vec![<[[Vec<f64>; 2]; 3]>::default(); tracers.len()];
+        for _ in 0..5 {
+            for ((_, tracer, _), speeds) in tracers.iter().zip(&mut speeds) {
+                for ((_, rays), speeds) in sets.named().iter().zip(speeds) {
+                    speeds[0].push(mega_rays_a_second(rays, |ray| tracer.closest_hit(ray).is_some()));
+                    speeds[1].push(mega_rays_a_second(rays, |ray| tracer.occluded(ray)));
+                }
+            }
+        }
+        for ((build, _, seconds), mut speeds) in tracers.iter().zip(speeds) {
+            let median = |speeds: &mut Vec<f64>| {
+                speeds.sort_by(f64::total_cmp);
+                speeds[speeds.len() / 2]
+            };
+            let listed: Vec<String> = speeds
+                .iter_mut()
+                .map(|[closest, any]| format!("{:8.2} {:8.2}", median(closest), median(any)))
+                .collect();
+            println!("{name:9}  {build:9}  build {:7.3} s  {}", seconds.as_secs_f64(), listed.join(" "));
+        }
+    }
+}
+
+fn mega_rays_a_second(rays: &[Ray], is_hit: impl Fn(&Ray) -> bool + Sync) -> f64 {
+    let before = processor_seconds();
+    let hits: usize = rays.par_chunks(4096).map(|rays| rays.iter().filter(|ray| is_hit(ray)).count()).sum();
+    std::hint::black_box(hits);
+    rays.len() as f64 * 1e-6 * rayon::current_num_threads() as f64 / (processor_seconds() - before)
 }
 
 fn errors_at_truth(case: &Case, problem: &Problem, solution: &Solution, reconstruction: Reconstruction) -> FieldErrors {

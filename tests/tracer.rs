@@ -6,7 +6,7 @@ use std::{path::PathBuf, sync::Arc};
 use glam::{DVec3, Vec3};
 use obvhs::BvhBuildParams;
 use radiosity::{
-    scene::{LoadOptions, Scene, load},
+    scene::{LoadOptions, Mesh, Scene, load},
     trace::{Hit, Ray, RayTracer, SurfacePoint, Tracer, bvh::DEFAULT_BUILD, surface::free_ray},
 };
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
@@ -212,6 +212,136 @@ fn no_ray_escapes_a_closed_scene_through_10_million_edges_and_vertices() {
             })
             .sum();
         assert_eq!(escaped, 0, "{name}");
+    }
+}
+
+#[test]
+fn no_ray_from_far_away_passes_between_the_triangles_of_a_closed_box() {
+    let scene = scene("tests/furnace-50");
+    let tracer = Tracer::new(Arc::clone(&scene));
+    let half = scene.mesh.positions.iter().fold(Vec3::ZERO, |half, position| half.max(position.abs()));
+    let triangle_count = scene.mesh.triangles.len() as u32;
+    let (aimed, passed): (u64, u64) = (0..2000_u64)
+        .into_par_iter()
+        .map(|block| {
+            let mut generator = SmallRng::seed_from_u64(block);
+            let (mut aimed, mut passed) = (0, 0);
+            for index in 0..500 {
+                let [a, b, _] = scene.mesh.corners(generator.random_range(0..triangle_count));
+                let target = if index % 4 == 0 { a } else { a.lerp(b, generator.random()) };
+                // From 20 to 100 half-sizes away, before the wall that the target lies inside of.
+                let outside = (target / half).abs().cmpgt(Vec3::splat(0.999));
+                if outside.bitmask().count_ones() != 1 {
+                    continue;
+                }
+                let side = Vec3::select(outside, target.signum(), Vec3::ZERO);
+                let origin = generator.random_range(20.0..100.0) * (side + 0.3 * random_unit(&mut generator));
+                aimed += 1;
+                passed += u64::from(tracer.closest_hit(&free_ray(origin, (target - origin).normalize())).is_none());
+            }
+            (aimed, passed)
+        })
+        .reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 + b.1));
+    assert!(aimed > 500_000, "{aimed}");
+    assert_eq!(passed, 0, "of {aimed}");
+}
+
+/// Triangles of all sorts in a box: random ones, needles, some without area, and some on top of another; `scale` times as
+/// large.
+fn soup(seed: u64, scale: f32) -> Arc<Scene> {
+    let mut generator = SmallRng::seed_from_u64(seed);
+    let mut scene = (*scene("tests/parallel-plates")).clone();
+    let material = scene.mesh.material_indices[0];
+    let mut corners: Vec<[Vec3; 3]> = Vec::new();
+    for index in 0..2000 {
+        let centre = Vec3::from_array(generator.random::<[f32; 3]>()) * 1.8 - 0.9;
+        let [u, v] = [random_unit(&mut generator), random_unit(&mut generator)].map(|unit| 0.1 * unit);
+        corners.push(match index % 10 {
+            0 => [centre, centre + 5.0 * u, centre + 5.0 * u + 1e-5 * v],
+            1 => [centre, centre + u, centre + u],
+            2 => [centre; 3],
+            3 if index > 10 => corners[index - 5],
+            _ => [centre, centre + u, centre + v],
+        });
+    }
+    scene.mesh = Mesh {
+        positions: corners.iter().flatten().map(|corner| *corner * scale).collect(),
+        triangles: (0..corners.len() as u32).map(|triangle| [0, 1, 2].map(|corner| 3 * triangle + corner)).collect(),
+        material_indices: vec![material; corners.len()],
+        ..Mesh::default()
+    };
+    Arc::new(scene)
+}
+
+#[test]
+fn in_a_soup_of_needles_points_and_coincident_triangles_hits_are_those_of_brute_force() {
+    for seed in 0..4 {
+        let scene = soup(seed, 1.0);
+        let tracer = Tracer::new(Arc::clone(&scene));
+        let triangles = Triangles::new(&scene);
+        random_rays(seed, 20_000).par_iter().for_each(|ray| {
+            let all = brute_force(&triangles, ray);
+            let is_certain = |(_, id): &&(f64, u32)| !is_edge_on(&triangles, ray, *id);
+            let nearest = all.iter().filter(is_certain).map(|(distance, _)| *distance).fold(f64::INFINITY, f64::min);
+            let hit = tracer.closest_hit(ray);
+            let distance = hit.map_or(f64::INFINITY, |hit| f64::from(hit.distance));
+            assert!(distance < nearest + 4e-6 || nearest == f64::INFINITY, "{ray:?}: {hit:?}, not at {nearest}");
+            if let Some(hit) = hit {
+                let is_there = all.iter().any(|(other, id)| *id == hit.triangle && (other - distance).abs() < 4e-6);
+                assert!(is_there || is_edge_on(&triangles, ray, hit.triangle), "{ray:?}: {hit:?} is none of {all:?}");
+                // Of two that lie on each other the first is hit, and with it left out the second.
+                let first = scene.mesh.corners(hit.triangle);
+                let others = (0..hit.triangle).filter(|&other| scene.mesh.corners(other) == first);
+                assert_eq!(others.count(), 0, "{ray:?}: {hit:?} lies on a triangle that comes first");
+            }
+        });
+    }
+}
+
+/// True if f32 cannot tell how a ray meets a triangle: a needle, or one that it sees from the side.
+fn is_edge_on(triangles: &Triangles, ray: &Ray, id: u32) -> bool {
+    let [_, b, c] = triangles.edges[id as usize];
+    let across = b.cross(c).dot(ray.direction.as_dvec3()).abs();
+    across < 1e-2 * b.length().max(c.length()).powi(2)
+}
+
+#[test]
+fn a_scene_a_million_times_as_large_or_as_small_gives_the_same_hits() {
+    let rays = random_rays(21, 20_000);
+    let hits = |scale: f32| -> Vec<Option<Hit>> {
+        let tracer = Tracer::new(soup(9, scale));
+        let scaled = rays.iter().map(|ray| Ray { origin: ray.origin * scale, ..*ray });
+        scaled.map(|ray| tracer.closest_hit(&ray).map(|hit| Hit { distance: hit.distance / scale, ..hit })).collect()
+    };
+    let plain = hits(1.0);
+    assert!(plain.iter().flatten().count() > 1000);
+    // Powers of two, so that nothing is rounded otherwise.
+    for exponent in [-20, 20] {
+        assert!(hits(2.0_f32.powi(exponent)) == plain, "2^{exponent}");
+    }
+}
+
+#[test]
+fn a_ray_is_occluded_just_when_it_has_a_hit_before_its_end() {
+    for scene in [scene("cornell/cornell"), scene("atrium/atrium"), soup(3, 1.0)] {
+        let tracer = Tracer::new(Arc::clone(&scene));
+        let mut generator = SmallRng::seed_from_u64(1);
+        let mut occluded = 0;
+        for ray in random_rays(4, 50_000) {
+            // Ends at random, and just at, before and behind the nearest hit.
+            let mut ends = vec![generator.random_range(0.0..2.0), f32::INFINITY, 0.0];
+            let nearest = tracer.closest_hit(&ray).map(|hit| hit.distance);
+            ends.extend(nearest.into_iter().flat_map(|hit| [hit.next_down(), hit, hit.next_up()]));
+            for max_distance in ends {
+                let ray = Ray { max_distance, ..ray };
+                let hit = tracer.closest_hit(&ray);
+                assert!(hit.is_none_or(|hit| hit.distance > 0.0 && hit.distance < max_distance), "{ray:?}: {hit:?}");
+                assert_eq!(hit.is_some(), nearest.is_some_and(|nearest| nearest < max_distance), "{ray:?}");
+                assert_eq!(tracer.occluded(&ray), hit.is_some(), "{ray:?}: {hit:?}");
+                occluded += u32::from(hit.is_some());
+            }
+        }
+        assert!(occluded > 1000);
     }
 }
 

@@ -9,6 +9,8 @@ pub mod jacobian;
 pub mod metrics;
 #[cfg(feature = "reference")]
 pub mod path_tracer;
+#[cfg(feature = "reference")]
+pub mod ray_sets;
 pub mod surface_points;
 pub mod tasks;
 pub mod truth_file;

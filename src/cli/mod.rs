@@ -21,6 +21,8 @@ pub mod lightmap;
 pub mod only_vertex;
 pub mod probe;
 pub mod progress;
+#[cfg(feature = "reference")]
+pub mod rays;
 pub mod render;
 pub mod scene_args;
 pub mod solve;
@@ -93,6 +95,9 @@ enum Command {
     /// Path trace irradiance at surface points: the reference, with standard errors.
     #[cfg(feature = "reference")]
     Truth(truth::TruthArgs),
+    /// Write rays and triangles to a file, to time other ray tracers on the same work.
+    #[cfg(feature = "reference")]
+    Rays(rays::RaysArgs),
     /// Compare a solution with another, or with a truth.
     Compare(compare::CompareArgs),
     /// Tell what is in a scene, and what was repaired.
@@ -134,6 +139,8 @@ pub fn main() -> ExitCode {
             Command::Probe(args) => probe::run(&args),
             #[cfg(feature = "reference")]
             Command::Truth(args) => truth::run(&args, flags),
+            #[cfg(feature = "reference")]
+            Command::Rays(args) => rays::run(&args, flags),
             Command::Compare(args) => compare::run(&args),
             Command::Inspect(args) => inspect::run(&args),
             Command::Export(args) => export::run(&args),

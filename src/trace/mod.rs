@@ -7,6 +7,8 @@ pub mod locate;
 mod shaft;
 pub mod surface;
 mod triangle;
+mod walk;
+mod wide_tree;
 
 use glam::{Vec2, Vec3};
 

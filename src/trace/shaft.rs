@@ -2,7 +2,11 @@
 //! apex at the point.
 
 use glam::Vec3;
-use obvhs::cwbvh::CwBvh;
+
+use super::{
+    NO_TRIANGLE,
+    wide_tree::{IS_BLOCK, NO_CHILD, WIDTH, WideTree},
+};
 
 /// How far a triangle must lie outside of a side to be left out, in local units: more than f32 rounding, so that
 /// nothing that blocks is missed.
@@ -64,26 +68,21 @@ impl Shaft {
     }
 }
 
-/// Calls `visit` with each slot of the tree whose box touches the shaft, until it returns false.
-pub(super) fn visit_slots(tree: &CwBvh, shaft: &Shaft, mut visit: impl FnMut(usize) -> bool) {
-    let mut stack = vec![0_u32];
+/// Calls `visit` with each triangle of the tree that touches the shaft, until it returns false.
+pub(super) fn visit_triangles(tree: &WideTree, shaft: &Shaft, mut visit: impl FnMut(u32) -> bool) {
+    let mut stack = vec![0];
     while let Some(index) = stack.pop() {
-        let node = &tree.nodes[index as usize];
-        for child in 0..8 {
-            if node.is_child_empty(child) {
-                continue;
-            }
-            let bounds = node.child_aabb(child);
-            if !shaft.touches_box(bounds.min.into(), bounds.max.into()) {
-                continue;
-            }
-            if node.is_leaf(child) {
-                let (first, count) = node.child_primitives(child);
-                if !(first..first + count).all(|slot| visit(slot as usize)) {
-                    return;
-                }
-            } else {
-                stack.push(node.child_node_index(child));
+        if let Some(node) = tree.nodes.get(index as usize) {
+            let touched = (0..WIDTH).filter(|&child| node.children[child] != NO_CHILD).filter(|&child| {
+                let [low, high] = node.child_box(child);
+                shaft.touches_box(low, high)
+            });
+            stack.extend(touched.map(|child| node.children[child]));
+        } else if let Some(block) = tree.blocks.get((index & !IS_BLOCK) as usize) {
+            let triangles = block.triangles.into_iter().enumerate().filter(|&(_, triangle)| triangle != NO_TRIANGLE);
+            let mut touching = triangles.filter(|&(lane, _)| shaft.touches_triangle(&block.corners(lane)));
+            if !touching.all(|(_, triangle)| visit(triangle)) {
+                return;
             }
         }
     }

@@ -3,7 +3,13 @@
 //! Two triangles that share an edge compute the same edge function with opposite signs, so no ray passes between them.
 //! Where an edge function is exactly 0 in f32 it is computed again in f64, as the paper asks (section 3.2).
 
-use glam::Vec3;
+use fearless_simd::{f32x8, prelude::*};
+use glam::{Vec2, Vec3};
+
+use super::{
+    Hit,
+    wide_tree::{Block, LANES},
+};
 
 /// What the test needs of a ray, computed once a ray (table 1 of the paper).
 #[derive(Clone, Copy, Debug)]
@@ -16,27 +22,31 @@ pub(super) struct ShearedRay {
 
 /// Where a ray meets a triangle's plane inside its edges.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TriangleHit {
-    pub(super) distance: f32,
-    pub(super) barycentric: glam::Vec2,
-    pub(super) front: bool,
+struct TriangleHit {
+    distance: f32,
+    barycentric: Vec2,
+    front: bool,
 }
 
 impl ShearedRay {
     /// `direction` must not be 0.
+    #[inline(always)]
     pub(super) fn new(origin: Vec3, direction: Vec3) -> Self {
-        let z = direction.abs().max_position();
-        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
-        if direction[z] < 0.0 {
-            std::mem::swap(&mut x, &mut y);
-        }
-        let shear = Vec3::new(direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]);
-        Self { origin, axes: [x, y, z], shear }
+        /// By twice the main axis, plus 1 where the direction is negative along it.
+        const AXES: [[usize; 3]; 8] =
+            [[1, 2, 0], [2, 1, 0], [2, 0, 1], [0, 2, 1], [0, 1, 2], [1, 0, 2], [0, 1, 2], [1, 0, 2]];
+        // Without a branch: rays of all directions would mispredict it.
+        let length = direction.abs();
+        let of_two = usize::from(length.y > length.x);
+        let main = of_two + (2 - of_two) * usize::from(length.z > length.x.max(length.y));
+        let components = direction.to_array();
+        let axes = AXES[(2 * main + usize::from(components[main] < 0.0)) % AXES.len()];
+        let [x, y, z] = axes.map(|axis| components[axis]);
+        Self { origin, axes, shear: Vec3::new(x / z, y / z, 1.0 / z) }
     }
 
     /// The hit with 0 < distance < `max_distance`, from either side.
-    #[inline]
-    pub(super) fn intersect(&self, corners: &[Vec3; 3], max_distance: f32) -> Option<TriangleHit> {
+    fn intersect(&self, corners: &[Vec3; 3], max_distance: f32) -> Option<TriangleHit> {
         let [x, y, z] = self.axes;
         let [a, b, c] = corners.map(|corner| corner - self.origin);
         let (ax, ay) = (a[x] - self.shear.x * a[z], a[y] - self.shear.y * a[z]);
@@ -59,8 +69,108 @@ impl ShearedRay {
         if !(distance > 0.0 && distance < max_distance) {
             return None;
         }
-        let barycentric = glam::Vec2::new(edges.y * inverse, edges.z * inverse);
+        let barycentric = Vec2::new(edges.y * inverse, edges.z * inverse);
         Some(TriangleHit { distance, barycentric, front: determinant > 0.0 })
+    }
+}
+
+/// A ray for testing a block of triangles at once.
+pub(super) struct ShearedLanes<S: Simd> {
+    ray: ShearedRay,
+    /// In the ray's axis order, in all lanes.
+    origin: [f32x8<S>; 3],
+    shear: [f32x8<S>; 3],
+}
+
+/// What a ray meets in a block of triangles.
+pub(super) struct BlockHits<S: Simd> {
+    /// A bit for each triangle that is met, or of which nothing can be said in f32.
+    pub(super) lanes: u64,
+    /// A bit for each triangle that the ray meets neither on an edge nor on a corner.
+    off_edge: u64,
+    distance: f32x8<S>,
+    barycentric: [f32x8<S>; 2],
+    inverse: f32x8<S>,
+}
+
+impl<S: Simd> ShearedLanes<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, ray: ShearedRay) -> Self {
+        let (origin, [x, y, z]) = (ray.origin.to_array(), ray.axes);
+        Self {
+            ray,
+            origin: [origin[x], origin[y], origin[z]].map(
+                #[inline(always)]
+                |value| f32x8::splat(simd, value),
+            ),
+            shear: ray.shear.to_array().map(
+                #[inline(always)]
+                |value| f32x8::splat(simd, value),
+            ),
+        }
+    }
+
+    /// The hits with 0 < distance <= `reach`, from either side.
+    #[inline(always)]
+    pub(super) fn meet(&self, simd: S, block: &Block, reach: f32) -> BlockHits<S> {
+        let zero = f32x8::splat(simd, 0.0);
+        let [ax, ay, az] = self.corner(simd, &block.corners[0]);
+        let [bx, by, bz] = self.corner(simd, &block.corners[1]);
+        let [cx, cy, cz] = self.corner(simd, &block.corners[2]);
+        // Not fused: both triangles of an edge must round alike.
+        let edges = [cx * by - cy * bx, ax * cy - ay * cx, bx * ay - by * ax];
+        let (least, most) = (edges[0].min(edges[1]).min(edges[2]), edges[0].max(edges[1]).max(edges[2]));
+        let is_inside = least.simd_ge(zero) | most.simd_le(zero);
+        let scaled_distance = self.shear[2] * (edges[0] * az + edges[1] * bz + edges[2] * cz);
+        let inverse = f32x8::splat(simd, 1.0) / (edges[0] + edges[1] + edges[2]);
+        let distance = scaled_distance * inverse;
+        // Asked the other way round: where all edge functions are 0 the distance is not a number.
+        let is_outside = distance.simd_le(zero) | distance.simd_gt(f32x8::splat(simd, reach));
+        BlockHits {
+            lanes: (is_inside & !is_outside).to_bitmask(),
+            off_edge: (least.simd_gt(zero) | most.simd_lt(zero)).to_bitmask(),
+            distance,
+            barycentric: [edges[1] * inverse, edges[2] * inverse],
+            inverse,
+        }
+    }
+
+    /// The hit with one of the triangles that [`Self::meet`] found, to the same bits as [`ShearedRay::intersect`].
+    #[inline(always)]
+    pub(super) fn hit(&self, hits: &BlockHits<S>, block: &Block, lane: usize, reach: f32) -> Option<Hit> {
+        if hits.off_edge >> lane & 1 == 0 {
+            return self.ray.hit(block, lane, reach);
+        }
+        let lane = lane % LANES;
+        Some(Hit {
+            triangle: block.triangles[lane],
+            barycentric: Vec2::from(hits.barycentric.map(
+                #[inline(always)]
+                |values| values.to_array()[lane],
+            )),
+            distance: hits.distance.to_array()[lane],
+            front: hits.inverse.to_array()[lane] > 0.0,
+        })
+    }
+
+    /// A corner of each triangle, seen from the origin and sheared; its depth last.
+    #[inline(always)]
+    fn corner(&self, simd: S, corner: &[[f32; LANES]; 3]) -> [f32x8<S>; 3] {
+        let [x, y, z] = self.ray.axes;
+        let depth = f32x8::load_array_ref(simd, &corner[z]) - self.origin[2];
+        let across = f32x8::load_array_ref(simd, &corner[x]) - self.origin[0];
+        let along = f32x8::load_array_ref(simd, &corner[y]) - self.origin[1];
+        [across - self.shear[0] * depth, along - self.shear[1] * depth, depth]
+    }
+}
+
+impl ShearedRay {
+    /// The hit with one triangle of a block: seldom asked for.
+    #[cold]
+    #[inline(never)]
+    fn hit(&self, block: &Block, lane: usize, reach: f32) -> Option<Hit> {
+        let TriangleHit { distance, barycentric, front } = self.intersect(&block.corners(lane), reach.next_up())?;
+        Some(Hit { triangle: block.triangles[lane], barycentric, distance, front })
     }
 }
 
@@ -71,7 +181,6 @@ fn edge_in_f64(p: f32, q: f32, r: f32, s: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec2;
 
     #[test]
     fn hit_gives_distance_barycentrics_and_the_side_for_every_main_axis() {

@@ -1,0 +1,217 @@
+//! Rays through the tree: all boxes of a node, and all triangles of a block, at once.
+//!
+//! Compiled for each instruction set that has vectors, and chosen when the program runs (crate fearless_simd): that is
+//! why functions here are generic over `Simd` and always inlined, closures too.
+
+use fearless_simd::{f32x16, prelude::*};
+use glam::{Vec2, Vec3};
+
+use super::{
+    Hit, Ray,
+    triangle::{ShearedLanes, ShearedRay},
+    wide_tree::{Block, IS_BLOCK, NO_CHILD, WIDTH, WideNode, WideTree},
+};
+
+/// A ray for box tests.
+///
+/// A side of a box is met at side × inverse - start, in one rounding. What that and the triangle test round off is covered
+/// twice: boxes are padded in proportion to their own coordinates, and here they are widened in proportion to the origin's.
+struct BoxRay<S: Simd> {
+    inverse: [f32x16<S>; 3],
+    /// (origin ± its rounding) / direction, for the side that is met first, and for the one that is met last.
+    starts: [[f32x16<S>; 3]; 2],
+    /// By axis: 1 if the higher side is met first.
+    first_sides: [usize; 3],
+}
+
+impl<S: Simd> BoxRay<S> {
+    #[inline(always)]
+    fn new(simd: S, ray: &Ray) -> Self {
+        const LEAST_COMPONENT: f32 = 1e-12;
+        const ROUNDING: f32 = 4.0 * f32::EPSILON;
+        // With a component of 0 the difference of two infinities would arise; so little of one meets the same boxes.
+        let is_small = ray.direction.abs().cmplt(Vec3::splat(LEAST_COMPONENT));
+        let least = Vec3::splat(LEAST_COMPONENT).copysign(ray.direction);
+        let inverse = 1.0 / Vec3::select(is_small, least, ray.direction);
+        let widening = ROUNDING * ray.origin.abs().copysign(inverse);
+        let (first, last) = ((ray.origin + widening) * inverse, (ray.origin - widening) * inverse);
+        Self {
+            inverse: splat(simd, inverse),
+            starts: [splat(simd, first), splat(simd, last)],
+            first_sides: [inverse.x, inverse.y, inverse.z].map(|component| usize::from(component < 0.0)),
+        }
+    }
+
+    /// The distance at which each child's box is entered, 0 if the ray starts inside, and the set of those that it enters
+    /// before `reach`.
+    #[inline(always)]
+    fn entered(&self, simd: S, node: &WideNode, reach: f32) -> (f32x16<S>, u64) {
+        let (zero, reach) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, reach));
+        let first = self.first(simd, node, 0).max(self.first(simd, node, 1)).max(self.first(simd, node, 2).max(zero));
+        let last = self.last(simd, node, 0).min(self.last(simd, node, 1)).min(self.last(simd, node, 2).min(reach));
+        (first, first.simd_le(last).to_bitmask())
+    }
+
+    #[inline(always)]
+    fn first(&self, simd: S, node: &WideNode, axis: usize) -> f32x16<S> {
+        let sides = &node.bounds[axis][self.first_sides[axis] & 1];
+        f32x16::load_array_ref(simd, sides).mul_sub(self.inverse[axis], self.starts[0][axis])
+    }
+
+    #[inline(always)]
+    fn last(&self, simd: S, node: &WideNode, axis: usize) -> f32x16<S> {
+        let sides = &node.bounds[axis][(self.first_sides[axis] & 1) ^ 1];
+        f32x16::load_array_ref(simd, sides).mul_sub(self.inverse[axis], self.starts[1][axis])
+    }
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, vector: Vec3) -> [f32x16<S>; 3] {
+    [f32x16::splat(simd, vector.x), f32x16::splat(simd, vector.y), f32x16::splat(simd, vector.z)]
+}
+
+/// The numbers of the bits that are set.
+struct Bits(u64);
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let lowest = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(lowest)
+    }
+}
+
+/// The block of triangles that a child stands for.
+#[inline(always)]
+fn block_of(tree: &WideTree, child: u32) -> Option<&Block> {
+    tree.blocks.get((child & !IS_BLOCK) as usize)
+}
+
+/// The nearest hit of a ray at less than its largest distance. Of equal distances the lowest triangle wins, so that every
+/// tree gives the same answer. `excluded` is not hit, nor is what `is_solid` says no to. `stack` is scratch, as long as
+/// the tree asks for.
+#[inline(always)]
+pub(super) fn closest_hit<S: Simd>(
+    simd: S,
+    tree: &WideTree,
+    ray: &Ray,
+    excluded: u32,
+    stack: &mut [u64],
+    is_solid: impl Fn(u32, Vec2) -> bool,
+) -> Option<Hit> {
+    let boxes = BoxRay::new(simd, ray);
+    let sheared = ShearedLanes::new(simd, ShearedRay::new(ray.origin, ray.direction));
+    // A hit must be less than this, by distance and then by triangle.
+    let mut nearest = Hit { triangle: 0, barycentric: Vec2::ZERO, distance: ray.max_distance, front: false };
+    let (mut is_hit, mut height, mut current) = (false, 0, 0);
+    loop {
+        while let Some(node) = tree.nodes.get(current as usize) {
+            let (entered, children) = boxes.entered(simd, node, nearest.distance);
+            (current, height) = nearest_child(node, entered, children, stack, height);
+        }
+        if let Some(block) = block_of(tree, current) {
+            let hits = sheared.meet(simd, block, nearest.distance);
+            for lane in Bits(hits.lanes) {
+                let Some(hit) = sheared.hit(&hits, block, lane, nearest.distance) else { continue };
+                let is_nearer = (hit.distance, hit.triangle) < (nearest.distance, nearest.triangle);
+                if is_nearer && hit.triangle != excluded && is_solid(hit.triangle, hit.barycentric) {
+                    (nearest, is_hit) = (hit, true);
+                }
+            }
+        }
+        loop {
+            if height == 0 {
+                return is_hit.then_some(nearest);
+            }
+            height -= 1;
+            if f32::from_bits((stack[height] >> 32) as u32) <= nearest.distance {
+                current = stack[height] as u32;
+                break;
+            }
+        }
+    }
+}
+
+/// The child that is entered first, or [`NO_CHILD`]. The others go to the stack, the farthest first.
+#[inline(always)]
+fn nearest_child<S: Simd>(
+    node: &WideNode,
+    entered: f32x16<S>,
+    children: u64,
+    stack: &mut [u64],
+    mut height: usize,
+) -> (u32, usize) {
+    let mut children = Bits(children);
+    let Some(first) = children.next() else {
+        return (NO_CHILD, height);
+    };
+    if children.0 == 0 {
+        return (node.children[first % WIDTH], height);
+    }
+    let entered = entered.to_array();
+    // The distance in the upper half: numbers that are not negative keep their order as bits.
+    let packed =
+        |child: usize| u64::from(entered[child % WIDTH].to_bits()) << 32 | u64::from(node.children[child % WIDTH]);
+    let (mut nearest, bottom) = (packed(first), height);
+    for child in children {
+        let other = packed(child);
+        let farther = nearest.max(other);
+        nearest = nearest.min(other);
+        let mut place = height;
+        while place > bottom && stack[place - 1] < farther {
+            stack[place] = stack[place - 1];
+            place -= 1;
+        }
+        stack[place] = farther;
+        height += 1;
+    }
+    (nearest as u32, height)
+}
+
+/// True if the ray hits anything at less than its largest distance; the rest as for [`closest_hit`].
+#[inline(always)]
+pub(super) fn is_occluded<S: Simd>(
+    simd: S,
+    tree: &WideTree,
+    ray: &Ray,
+    excluded: u32,
+    stack: &mut [u32],
+    is_solid: impl Fn(u32, Vec2) -> bool,
+) -> bool {
+    let boxes = BoxRay::new(simd, ray);
+    let sheared = ShearedLanes::new(simd, ShearedRay::new(ray.origin, ray.direction));
+    let farthest = ray.max_distance.next_down();
+    let (mut height, mut current) = (0, 0);
+    loop {
+        while let Some(node) = tree.nodes.get(current as usize) {
+            let (_, children) = boxes.entered(simd, node, farthest);
+            let mut children = Bits(children);
+            let first = children.next();
+            for child in children {
+                stack[height] = node.children[child % WIDTH];
+                height += 1;
+            }
+            current = first.map_or(NO_CHILD, |child| node.children[child % WIDTH]);
+        }
+        if let Some(block) = block_of(tree, current) {
+            let hits = sheared.meet(simd, block, farthest);
+            for lane in Bits(hits.lanes) {
+                let Some(hit) = sheared.hit(&hits, block, lane, farthest) else { continue };
+                if hit.triangle != excluded && is_solid(hit.triangle, hit.barycentric) {
+                    return true;
+                }
+            }
+        }
+        if height == 0 {
+            return false;
+        }
+        height -= 1;
+        current = stack[height];
+    }
+}
