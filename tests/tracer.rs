@@ -165,6 +165,17 @@ fn is_grazing(scene: &Scene, ray: &Ray, hits: &[(f64, u32)]) -> bool {
     hits.iter().any(|&(_, id)| scene.mesh.geometric_normal(id).dot(ray.direction).abs() < 1e-3)
 }
 
+/// Rays from up to 100 scenes away at the triangles' edges and corners.
+fn rays_at_edges(scene: &Scene, seed: u64, count: usize) -> impl Iterator<Item = Ray> {
+    let mut generator = SmallRng::seed_from_u64(seed);
+    (0..count).map(move |index| {
+        let [a, b, _] = scene.mesh.corners(generator.random_range(0..scene.mesh.triangles.len() as u32));
+        let target = if index.is_multiple_of(4) { a } else { a.lerp(b, generator.random()) };
+        let origin = generator.random_range(1.0..100.0) * random_unit(&mut generator);
+        free_ray(origin, (target - origin).normalize())
+    })
+}
+
 #[test]
 fn all_builds_give_the_same_answers() {
     let presets = [
@@ -178,7 +189,7 @@ fn all_builds_give_the_same_answers() {
     ];
     for name in ["cornell/cornell", "atrium/atrium", "tests/sphere-in-box"] {
         let scene = scene(name);
-        let rays = random_rays(5, 20_000);
+        let rays: Vec<Ray> = random_rays(5, 20_000).into_iter().chain(rays_at_edges(&scene, 6, 50_000)).collect();
         let answers = |preset| -> Vec<Option<Hit>> {
             let tracer = Tracer::with_build(Arc::clone(&scene), preset);
             rays.par_iter().map(|ray| tracer.closest_hit(ray)).collect()
