@@ -84,7 +84,7 @@ pub(super) struct ShearedLanes<S: Simd> {
 
 /// What a ray meets in a block of triangles.
 pub(super) struct BlockHits<S: Simd> {
-    /// A bit for each triangle that is met, or of which nothing can be said in f32.
+    /// A bit for each triangle that is met, or on whose edge or corner the ray may lie.
     pub(super) lanes: u64,
     /// A bit for each triangle that the ray meets neither on an edge nor on a corner.
     off_edge: u64,
@@ -124,11 +124,12 @@ impl<S: Simd> ShearedLanes<S> {
         let scaled_distance = self.shear[2] * (edges[0] * az + edges[1] * bz + edges[2] * cz);
         let inverse = f32x8::splat(simd, 1.0) / (edges[0] + edges[1] + edges[2]);
         let distance = scaled_distance * inverse;
-        // Asked the other way round: where all edge functions are 0 the distance is not a number.
         let is_outside = distance.simd_le(zero) | distance.simd_gt(f32x8::splat(simd, reach));
+        let off_edge = least.simd_gt(zero) | most.simd_lt(zero);
         BlockHits {
-            lanes: (is_inside & !is_outside).to_bitmask(),
-            off_edge: (least.simd_gt(zero) | most.simd_lt(zero)).to_bitmask(),
+            // On an edge the distance is computed anew, and may then be within reach.
+            lanes: (is_inside & !(is_outside & off_edge)).to_bitmask(),
+            off_edge: off_edge.to_bitmask(),
             distance,
             barycentric: [edges[1] * inverse, edges[2] * inverse],
             inverse,
