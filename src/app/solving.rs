@@ -26,7 +26,7 @@ use crate::{
 };
 
 /// The least and the greatest time between two looks at the live field, in milliseconds.
-const LIVE_INTERVALS: [f32; 2] = [50.0, 75.0];
+const LIVE_INTERVALS: [f32; 2] = [50.0, 90.0];
 /// Drawing may take one part in this many of the time, before the live field is looked at less often: a software driver
 /// takes it from the solver.
 const DRAWING_SHARE: f32 = 8.0;

@@ -7,7 +7,6 @@ pub const WGSL: &str = include_str!("blit.wgsl");
 pub(super) struct Blit {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
-    sampler: wgpu::Sampler,
 }
 
 /// One picture and its place in the window.
@@ -50,13 +49,7 @@ impl Blit {
             multiview_mask: None,
             cache: None,
         });
-        // Where a texel is a pixel, its middle is sampled, and so its own value.
-        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
-            label: Some("blit"),
-            mag_filter: wgpu::FilterMode::Linear,
-            ..wgpu::SamplerDescriptor::default()
-        });
-        Self { pipeline, layout, sampler }
+        Self { pipeline, layout }
     }
 
     /// Bindings of a picture, at the window's top left corner.
@@ -70,7 +63,6 @@ impl Blit {
         let entries = [
             wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(picture) },
             wgpu::BindGroupEntry { binding: 1, resource: place.as_entire_binding() },
-            wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::Sampler(&self.sampler) },
         ];
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("blit"),
@@ -111,10 +103,6 @@ fn bindings(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     };
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("blit"),
-        entries: &[
-            entry(0, picture),
-            entry(1, place),
-            entry(2, wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-        ],
+        entries: &[entry(0, picture), entry(1, place)],
     })
 }
