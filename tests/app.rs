@@ -224,14 +224,8 @@ fn panels_are_hidden_brought_back_and_dragged_to_other_places() {
     let before = window.state().view_area;
     let tab = window.get_by_label("Light").rect().center();
     let aim = before.right_center() - egui::vec2(10.0, 0.0);
-    window.drag_at(tab);
+    drag(&mut window, tab, aim);
     window.run_steps(2);
-    for part in 1..=4 {
-        window.hover_at(tab + 0.25 * part as f32 * (aim - tab));
-        window.run_steps(2);
-    }
-    window.drop_at(aim);
-    window.run_steps(4);
     assert!(window.state().view_area.right() < before.right() - 50.0, "it takes its place from the views");
     assert!(window.get_by_label("Light").rect().left() > window.state().view_area.right());
     window.state_mut().layout.reset_panes();

@@ -6,6 +6,7 @@
 mod common;
 
 use common::*;
+use egui_kittest::Harness;
 use radiosity::{
     app::{App, command::Command, view_settings::Source},
     gpu::lightmap::Stage,
@@ -22,6 +23,15 @@ fn means(app: &App) -> (f32, f32) {
         apart += area * (*a - *b).abs().element_sum();
     }
     (other_sum / sum, apart / sum)
+}
+
+/// Begins a lightmap that takes its time, and waits for its first light.
+fn begin_long_lightmap(window: &mut Harness<'_, App>) {
+    let app = window.state_mut();
+    app.lightmap.map.texels = 20_000;
+    app.lightmap.settings.unabsorbed = 1e-3;
+    app.fulfil(Command::SolveLightmap);
+    run_until(window, "light", |app| app.lightmap.status.contains("unabsorbed"));
 }
 
 #[test]
@@ -69,13 +79,7 @@ fn the_lightmap_is_shown_beside_the_solution_and_agrees_with_it() {
 fn a_lightmap_stops_within_a_moment_and_keeps_what_it_has() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut window) = window(folder.path()) else { return };
-    {
-        let app = window.state_mut();
-        app.lightmap.map.texels = 20_000;
-        app.lightmap.settings.unabsorbed = 1e-3;
-        app.fulfil(Command::SolveLightmap);
-    }
-    run_until(&mut window, "light", |app| app.lightmap.status.contains("unabsorbed"));
+    begin_long_lightmap(&mut window);
     assert!(window.state().other.is_none(), "read back while it runs");
     window.state().lightmap.job.as_ref().unwrap().stop();
     let asked = std::time::Instant::now();
@@ -94,13 +98,7 @@ fn a_lightmap_stops_within_a_moment_and_keeps_what_it_has() {
 fn a_lightmap_waits_shows_its_order_and_reads_its_shaders_again() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut window) = window(folder.path()) else { return };
-    {
-        let app = window.state_mut();
-        app.lightmap.map.texels = 20_000;
-        app.lightmap.settings.unabsorbed = 1e-3;
-        app.fulfil(Command::SolveLightmap);
-    }
-    run_until(&mut window, "light", |app| app.lightmap.status.contains("unabsorbed"));
+    begin_long_lightmap(&mut window);
     window.state().lightmap.job.as_ref().unwrap().toggle_pause();
     std::thread::sleep(std::time::Duration::from_millis(400));
     window.run_steps(2);

@@ -28,27 +28,8 @@ impl Blit {
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("blit"),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("vertex"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some(if target_format.is_srgb() { "linear" } else { "coded" }),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(target_format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let entry = if target_format.is_srgb() { "linear" } else { "coded" };
+        let pipeline = window_pipeline(device, "blit", (Some(&pipeline_layout), &module), entry, target_format);
         Self { pipeline, layout }
     }
 
@@ -86,6 +67,37 @@ impl BlitInputs {
         let [across, down] = size.map(|pixels| 1.0 / pixels.max(1) as f32);
         queue.write_buffer(&self.place, 0, bytemuck::bytes_of(&[x as f32, y as f32, across, down]));
     }
+}
+
+/// A pass over all pixels of a viewport of the window, from one triangle. Without a layout, the shader's own is taken.
+pub(super) fn window_pipeline(
+    device: &wgpu::Device,
+    label: &str,
+    (layout, module): (Option<&wgpu::PipelineLayout>, &wgpu::ShaderModule),
+    entry: &str,
+    target_format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(label),
+        layout,
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: None,
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(entry),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(target_format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
 }
 
 fn bindings(device: &wgpu::Device) -> wgpu::BindGroupLayout {

@@ -167,7 +167,6 @@ impl FrameUniforms {
             Shading::FalseColor(range) => Vec4::new(range.minimum, range.maximum, 0.0, 0.0),
             _ => Vec4::ZERO,
         };
-        let ToneMap { exposure, white, gamma, .. } = frame.tone_map;
         let no_light = AreaLight {
             centre: Vec3::ZERO,
             half_extent_u: Vec3::ZERO,
@@ -181,8 +180,8 @@ impl FrameUniforms {
             outline_width: if frame.light_outline.is_some() { 2.0 } else { 0.0 },
             typical_edge: frame.geometry.typical_edge(),
             pixel_size: 2.0 * frame.camera.tan_half_fov / height,
-            exposure_scale: exposure.exp2() / white.max(1e-6),
-            inverse_gamma: 1.0 / gamma.max(1e-3),
+            exposure_scale: frame.tone_map.scale(),
+            inverse_gamma: frame.tone_map.inverse_gamma(),
             ambient: frame.ambient.extend(0.0),
             range,
             light_centre: light.centre.extend(0.0),

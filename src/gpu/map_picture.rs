@@ -2,6 +2,7 @@
 
 use glam::Vec4;
 
+use super::blit::window_pipeline;
 use crate::math::color::ToneMap;
 
 /// The shader.
@@ -76,29 +77,7 @@ impl MapPicture {
             label: Some("map picture"),
             source: wgpu::ShaderSource::Wgsl(WGSL.into()),
         });
-        let pipeline = |entry| {
-            device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some("map picture"),
-                layout: None,
-                vertex: wgpu::VertexState {
-                    module: &module,
-                    entry_point: Some("vertex"),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: None,
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &module,
-                    entry_point: Some(entry),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    targets: &[Some(target_format.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        };
+        let pipeline = |entry| window_pipeline(device, "map picture", (None, &module), entry, target_format);
         let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("map picture"),
             size: size_of::<PictureUniforms>() as u64,
@@ -114,8 +93,8 @@ impl MapPicture {
         let ([x, y], [across, down]) = (frame.origin, frame.size.map(|pixels| 1.0 / pixels.max(1) as f32));
         let mut uniforms = PictureUniforms {
             place: Vec4::new(x as f32, y as f32, across, down),
-            exposure_scale: frame.tone_map.exposure.exp2() / frame.tone_map.white.max(1e-6),
-            inverse_gamma: 1.0 / frame.tone_map.gamma.max(1e-3),
+            exposure_scale: frame.tone_map.scale(),
+            inverse_gamma: frame.tone_map.inverse_gamma(),
             codes_itself: u32::from(self.codes_itself),
             ..PictureUniforms::default()
         };

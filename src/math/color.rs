@@ -50,15 +50,25 @@ impl Default for ToneMap {
 }
 
 impl ToneMap {
+    /// What radiance is multiplied by before the curve: 2^exposure / white.
+    pub fn scale(&self) -> f32 {
+        self.exposure.exp2() / self.white.max(1e-6)
+    }
+
+    /// 1 / gamma.
+    pub fn inverse_gamma(&self) -> f32 {
+        1.0 / self.gamma.max(1e-3)
+    }
+
     /// Linear radiance [W/(m² sr)] to sRGB-coded values in [0, 1].
     pub fn apply(&self, radiance: Vec3) -> Vec3 {
-        let scaled = radiance * (self.exposure.exp2() / self.white.max(1e-6));
+        let scaled = radiance * self.scale();
         let curved = match self.curve {
             ToneCurve::Plain => scaled,
             ToneCurve::Filmic => filmic(scaled) / filmic(Vec3::ONE),
         };
         let clipped = curved.clamp(Vec3::ZERO, Vec3::ONE);
-        clipped.powf(1.0 / self.gamma.max(1e-3)).map(linear_to_srgb)
+        clipped.powf(self.inverse_gamma()).map(linear_to_srgb)
     }
 
     /// [`ToneMap::apply`] as opaque 8-bit RGBA.

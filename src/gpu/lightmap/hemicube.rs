@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use glam::Vec2;
 
-use super::patches::Face;
+use super::pipelines::{face_pipeline, module};
 use crate::{
     scene::Scene,
     student::hemicube::{HemicubeFace, delta_form_factor},
@@ -139,12 +139,12 @@ impl HemicubePass {
             view_formats: &[],
         });
         let depth = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self { layout, depth, pipeline: draw_pipeline(device, shader) }
+        Self { layout, depth, pipeline: pipeline(device, shader) }
     }
 
     /// The same with another shader.
     pub(super) fn reloaded(&self, device: &wgpu::Device, shader: &str) -> Self {
-        Self { layout: self.layout, depth: self.depth.clone(), pipeline: draw_pipeline(device, shader) }
+        Self { layout: self.layout, depth: self.depth.clone(), pipeline: pipeline(device, shader) }
     }
     /// Draws faces, by their number (5 a hemicube), with the matrices in `faces`; first clears all of them if `clears`.
     pub fn draw(
@@ -179,47 +179,6 @@ impl HemicubePass {
     }
 }
 
-fn draw_pipeline(device: &wgpu::Device, shader: &str) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("hemicube.wgsl"),
-        source: wgpu::ShaderSource::Wgsl(shader.into()),
-    });
-    let rows = wgpu::vertex_attr_array![1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
-    let position = wgpu::vertex_attr_array![0 => Float32x3];
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("hemicubes"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("to_face"),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &[("near", f64::from(NEAR))],
-                ..wgpu::PipelineCompilationOptions::default()
-            },
-            buffers: &[
-                Some(wgpu::VertexBufferLayout {
-                    array_stride: 12,
-                    step_mode: wgpu::VertexStepMode::Vertex,
-                    attributes: &position,
-                }),
-                Some(wgpu::VertexBufferLayout {
-                    array_stride: size_of::<Face>() as u64,
-                    step_mode: wgpu::VertexStepMode::Instance,
-                    attributes: &rows,
-                }),
-            ],
-        },
-        primitive: wgpu::PrimitiveState::default(), // both sides of a surface hide
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: wgpu::TextureFormat::Depth32Float,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: None,
-        multiview_mask: None,
-        cache: None,
-    })
+fn pipeline(device: &wgpu::Device, shader: &str) -> wgpu::RenderPipeline {
+    face_pipeline(device, &module(device, "hemicube.wgsl", shader), "hemicubes", None)
 }

@@ -7,6 +7,7 @@ use wgpu::util::DeviceExt as _;
 use super::{
     hemicube::{FACE_COUNT, NEAR, TileLayout},
     patches::{BatchSettings, Face, Shooter},
+    pipelines::{compute_pipeline, face_pipeline, module},
     readback::read_copy,
     shaders::{FACES_WGSL, PATCHES_WGSL},
 };
@@ -105,6 +106,7 @@ impl ItemBuffers {
         let faces = zeros(slots * FACE_COUNT as usize * size_of::<Face>(), Usage::STORAGE | Usage::VERTEX);
         let rows = zeros(4 * slots * triangles.len(), Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST);
         let weights = filled(bytemuck::cast_slice(weights), Usage::STORAGE);
+        let items_shader = module(device, "item_buffer.wgsl", ITEM_BUFFER_WGSL);
         let find_faces = compute(device, FACES_WGSL, "find_faces");
         let add_pixels = compute(device, ROWS_WGSL, "add_pixels");
         let entry = |binding, buffer: &'_ wgpu::Buffer| (binding, buffer.clone());
@@ -118,7 +120,12 @@ impl ItemBuffers {
             layout,
             triangle_count,
             positions: filled(bytemuck::cast_slice(triangles), Usage::VERTEX),
-            draw: draw_pipeline(device),
+            draw: face_pipeline(
+                device,
+                &items_shader,
+                "item buffer",
+                Some(("write_item", wgpu::TextureFormat::R32Uint)),
+            ),
             find_faces,
             add_pixels,
             settings,
@@ -222,18 +229,7 @@ impl ItemBuffers {
 }
 
 fn compute(device: &wgpu::Device, source: &str, entry: &'static str) -> wgpu::ComputePipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some(entry),
-        source: wgpu::ShaderSource::Wgsl(format!("{PATCHES_WGSL}{source}").into()),
-    });
-    device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: Some(entry),
-        layout: None,
-        module: &module,
-        entry_point: Some(entry),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    })
+    compute_pipeline(device, &module(device, entry, &format!("{PATCHES_WGSL}{source}")), entry)
 }
 
 fn bind(
@@ -253,56 +249,5 @@ fn bind(
         label: None,
         layout: &pipeline.get_bind_group_layout(0),
         entries: &entries,
-    })
-}
-
-fn draw_pipeline(device: &wgpu::Device) -> wgpu::RenderPipeline {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("item_buffer.wgsl"),
-        source: wgpu::ShaderSource::Wgsl(ITEM_BUFFER_WGSL.into()),
-    });
-    let rows = wgpu::vertex_attr_array![1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
-    let position = wgpu::vertex_attr_array![0 => Float32x3];
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("item buffer"),
-        layout: None,
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("to_face"),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &[("near", f64::from(NEAR))],
-                ..wgpu::PipelineCompilationOptions::default()
-            },
-            buffers: &[
-                Some(wgpu::VertexBufferLayout {
-                    array_stride: size_of::<Vec3>() as u64,
-                    step_mode: wgpu::VertexStepMode::Vertex,
-                    attributes: &position,
-                }),
-                Some(wgpu::VertexBufferLayout {
-                    array_stride: size_of::<Face>() as u64,
-                    step_mode: wgpu::VertexStepMode::Instance,
-                    attributes: &rows,
-                }),
-            ],
-        },
-        // A hemicube's faces are mirrored: right × up looks outwards. Back faces hide as well.
-        primitive: wgpu::PrimitiveState { front_face: wgpu::FrontFace::Cw, ..wgpu::PrimitiveState::default() },
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: wgpu::TextureFormat::Depth32Float,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Greater),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("write_item"),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(wgpu::TextureFormat::R32Uint.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
     })
 }

@@ -16,6 +16,7 @@ mod ledger;
 pub mod pace;
 pub mod pages;
 pub mod patches;
+mod pipelines;
 mod readback;
 mod resources;
 pub mod shaders;

@@ -3,7 +3,12 @@
 use glam::Vec3;
 use wgpu::util::DeviceExt as _;
 
-use super::{patches::Patches, resources::Buffers, shaders::Shaders};
+use super::{
+    patches::Patches,
+    pipelines::{compute_pipeline, module},
+    resources::Buffers,
+    shaders::Shaders,
+};
 use crate::lightmap::{Atlas, dilate::Fill, fill_rings};
 
 /// What the pages hold.
@@ -200,23 +205,6 @@ impl PagePass {
     }
 }
 
-fn pipelines(device: &wgpu::Device, shaders: &Shaders) -> [wgpu::ComputePipeline; 2] {
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: Some("pages.wgsl"),
-        source: wgpu::ShaderSource::Wgsl(shaders.pages.as_ref().into()),
-    });
-    ["place", "fill"].map(|entry| {
-        device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(entry),
-            layout: None,
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: None,
-        })
-    })
-}
-
 /// The buffers that the passes bind.
 struct Held<'a> {
     buffers: &'a Buffers,
@@ -228,7 +216,8 @@ struct Held<'a> {
 
 impl Held<'_> {
     fn passes(&self, device: &wgpu::Device, shaders: &Shaders, ring_bytes: &[(u64, u64)]) -> Passes {
-        let [place, fill] = pipelines(device, shaders);
+        let module = module(device, "pages.wgsl", &shaders.pages);
+        let [place, fill] = ["place", "fill"].map(|entry| compute_pipeline(device, &module, entry));
         let Buffers { receivers, irradiance, direct, unshot, shots, .. } = self.buffers;
         let group = |pipeline: &wgpu::ComputePipeline, entries: &[wgpu::BindGroupEntry<'_>]| {
             let layout = pipeline.get_bind_group_layout(0);

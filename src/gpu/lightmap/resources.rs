@@ -6,6 +6,7 @@ use wgpu::util::DeviceExt as _;
 use super::{
     hemicube::{FACE_COUNT, HemicubePass, SceneBuffers, TileLayout, delta_form_factors},
     patches::{BatchSettings, Face, LedgerSums, Patches, PowerSums, Receiver, Shooter},
+    pipelines::{compute_pipeline, module},
     shaders::Shaders,
 };
 
@@ -26,22 +27,8 @@ pub(super) struct Pipelines {
 
 impl Pipelines {
     pub(super) fn new(device: &wgpu::Device, shaders: &Shaders) -> Self {
-        let module = |label, source: &str| {
-            device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some(label),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
-            })
-        };
-        let pipeline = |module: &wgpu::ShaderModule, entry| {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(entry),
-                layout: None,
-                module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                cache: None,
-            })
-        };
+        let module = |label, source: &str| module(device, label, source);
+        let pipeline = |module: &wgpu::ShaderModule, entry| compute_pipeline(device, module, entry);
         let (choose, ledger) = (module("choose.wgsl", &shaders.choose), module("ledger.wgsl", &shaders.ledger));
         Self {
             faces: pipeline(&module("faces.wgsl", &shaders.faces), "find_faces"),
