@@ -7,6 +7,7 @@ use std::{mem::offset_of, path::Path};
 use radiosity::gpu::{
     frame::{FRAME_WGSL, FrameUniforms},
     lightmap::{
+        cutouts::Mask,
         pages::PageSettings,
         patches::{BatchSettings, ChartGroups, Face, Group, LedgerSums, PowerSums, Receiver, Shooter},
         shaders::PATCHES_WGSL,
@@ -29,6 +30,7 @@ fn source(file: &str) -> String {
         | "frame.wgsl"
         | "lightmap/patches.wgsl"
         | "lightmap/hemicube.wgsl"
+        | "lightmap/cutouts.wgsl"
         | "lightmap/item_buffer.wgsl" => text,
         _ if file.starts_with("lightmap/") => format!("{PATCHES_WGSL}{text}"),
         _ => format!("{FRAME_WGSL}{text}"),
@@ -117,6 +119,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     assert_eq!(wgsl_layout("lightmap/pages.wgsl", "Fill"), fill);
     let charts = rust_layout!(ChartGroups: first, count, area, spare);
     assert_eq!(wgsl_layout("lightmap/choose.wgsl", "ChartGroups"), charts);
+    let mask = rust_layout!(Mask: first, width, height, filtered, opacity);
+    assert_eq!(wgsl_layout("lightmap/cutouts.wgsl", "Mask"), mask);
     let sums = rust_layout!(PowerSums: arrived, spare, reflected, spare_too, unshot, spare_three);
     assert_eq!(patches("PowerSums"), sums);
     assert_eq!(

@@ -7,7 +7,11 @@ use std::ops::Range;
 
 use glam::Vec2;
 
-use super::pipelines::{face_pipeline, module};
+use super::{
+    cutouts::{CutoutBuffers, CutoutPass, has_mask},
+    pipelines::{FaceDraw, POSITIONS, face_pipeline, module},
+    shaders::Shaders,
+};
 use crate::{
     scene::Scene,
     student::hemicube::{HemicubeFace, delta_form_factor},
@@ -85,20 +89,18 @@ pub struct SceneBuffers {
     positions: wgpu::Buffer,
     indices: wgpu::Buffer,
     pub(super) index_count: u32,
+    cutouts: Option<CutoutBuffers>,
 }
 
 impl SceneBuffers {
     /// Bytes of a scene's triangles on the card.
     pub(super) fn bytes(scene: &Scene) -> u64 {
-        12 * (scene.mesh.positions.len() + scene.mesh.triangles.len()) as u64
+        12 * (scene.mesh.positions.len() + scene.mesh.triangles.len()) as u64 + CutoutBuffers::bytes(scene)
     }
 
     /// Uploads the triangles that hide what lies behind them.
     pub fn new(device: &wgpu::Device, scene: &Scene) -> Self {
-        let is_opaque = |triangle: &u32| {
-            let material = scene.material(*triangle);
-            material.opacity_texture.is_some() || material.opacity >= 0.5
-        };
+        let is_opaque = |triangle: &u32| !has_mask(scene, *triangle) && scene.material(*triangle).opacity >= 0.5;
         let triangles = (0..scene.mesh.triangles.len() as u32).filter(is_opaque);
         let indices: Vec<u32> = triangles.flat_map(|triangle| scene.mesh.triangles[triangle as usize]).collect();
         let buffer = |label, bytes: &[u8], usage| {
@@ -111,6 +113,7 @@ impl SceneBuffers {
             positions: buffer("positions", bytemuck::cast_slice(&scene.mesh.positions), wgpu::BufferUsages::VERTEX),
             index_count: indices.len() as u32,
             indices: buffer("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+            cutouts: CutoutBuffers::new(device, scene),
         }
     }
 }
@@ -122,11 +125,12 @@ pub struct HemicubePass {
     /// The atlas's depth.
     pub depth: wgpu::TextureView,
     pipeline: wgpu::RenderPipeline,
+    cutouts: Option<CutoutPass>,
 }
 
 impl HemicubePass {
-    /// Makes an atlas; `shader` is `hemicube.wgsl`, or another in its place.
-    pub fn new(device: &wgpu::Device, shader: &str, layout: TileLayout) -> Self {
+    /// Makes an atlas, for one scene.
+    pub(super) fn new(device: &wgpu::Device, shaders: &Shaders, scene: &SceneBuffers, layout: TileLayout) -> Self {
         let [width, height] = layout.size();
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("hemicubes"),
@@ -139,15 +143,32 @@ impl HemicubePass {
             view_formats: &[],
         });
         let depth = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self { layout, depth, pipeline: pipeline(device, shader) }
+        Self::of(device, shaders, scene, (layout, depth))
     }
 
-    /// The same with another shader.
-    pub(super) fn reloaded(&self, device: &wgpu::Device, shader: &str) -> Self {
-        Self { layout: self.layout, depth: self.depth.clone(), pipeline: pipeline(device, shader) }
+    /// The same with other shaders.
+    pub(super) fn reloaded(&self, device: &wgpu::Device, shaders: &Shaders, scene: &SceneBuffers) -> Self {
+        Self::of(device, shaders, scene, (self.layout, self.depth.clone()))
     }
+
+    fn of(
+        device: &wgpu::Device,
+        shaders: &Shaders,
+        scene: &SceneBuffers,
+        (layout, depth): (TileLayout, wgpu::TextureView),
+    ) -> Self {
+        let draw = FaceDraw {
+            label: "hemicubes",
+            module: &module(device, "hemicube.wgsl", &shaders.hemicube),
+            vertex: POSITIONS,
+            fragment: None,
+        };
+        let cutouts = scene.cutouts.as_ref().map(|buffers| CutoutPass::new(device, &shaders.cutouts, buffers));
+        Self { layout, depth, pipeline: face_pipeline(device, &draw), cutouts }
+    }
+
     /// Draws faces, by their number (5 a hemicube), with the matrices in `faces`; first clears all of them if `clears`.
-    pub fn draw(
+    pub(super) fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneBuffers,
@@ -172,13 +193,16 @@ impl HemicubePass {
         pass.set_vertex_buffer(0, scene.positions.slice(..));
         pass.set_vertex_buffer(1, faces.slice(..));
         pass.set_index_buffer(scene.indices.slice(..), wgpu::IndexFormat::Uint32);
-        for instance in drawn {
+        for instance in drawn.clone() {
             self.layout.aim(&mut pass, instance);
             pass.draw_indexed(0..scene.index_count, 0, instance..instance + 1);
         }
+        if let (Some(cutouts), Some(buffers)) = (&self.cutouts, &scene.cutouts) {
+            let corners = cutouts.begin(&mut pass, buffers);
+            for instance in drawn {
+                self.layout.aim(&mut pass, instance);
+                pass.draw(0..corners, instance..instance + 1);
+            }
+        }
     }
-}
-
-fn pipeline(device: &wgpu::Device, shader: &str) -> wgpu::RenderPipeline {
-    face_pipeline(device, &module(device, "hemicube.wgsl", shader), "hemicubes", None)
 }

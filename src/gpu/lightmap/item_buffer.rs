@@ -7,7 +7,7 @@ use wgpu::util::DeviceExt as _;
 use super::{
     hemicube::{FACE_COUNT, NEAR, TileLayout},
     patches::{BatchSettings, Face, Shooter},
-    pipelines::{compute_pipeline, face_pipeline, module},
+    pipelines::{FaceDraw, POSITIONS, compute_pipeline, face_pipeline, module},
     readback::read_copy,
     shaders::{FACES_WGSL, PATCHES_WGSL},
 };
@@ -122,9 +122,12 @@ impl ItemBuffers {
             positions: filled(bytemuck::cast_slice(triangles), Usage::VERTEX),
             draw: face_pipeline(
                 device,
-                &items_shader,
-                "item buffer",
-                Some(("write_item", wgpu::TextureFormat::R32Uint)),
+                &FaceDraw {
+                    label: "item buffer",
+                    module: &items_shader,
+                    vertex: POSITIONS,
+                    fragment: Some(("write_item", Some(wgpu::TextureFormat::R32Uint))),
+                },
             ),
             find_faces,
             add_pixels,

@@ -9,6 +9,7 @@
 //!
 //! [`solver`] is the only file that knows the order of the passes.
 
+pub mod cutouts;
 pub mod fields;
 pub mod hemicube;
 pub mod item_buffer;

@@ -29,32 +29,41 @@ pub(super) fn compute_pipeline(
     })
 }
 
-/// Draws triangles on hemicubes' faces: vertices of positions, instances of [`Face`]s; both sides of a surface hide.
-/// `items` names the function that writes a fragment, and the format that it writes; without it, there is depth alone.
-pub(super) fn face_pipeline(
-    device: &wgpu::Device,
-    module: &wgpu::ShaderModule,
-    label: &str,
-    items: Option<(&str, wgpu::TextureFormat)>,
-) -> wgpu::RenderPipeline {
-    let position = wgpu::vertex_attr_array![0 => Float32x3];
+/// How triangles are drawn on hemicubes' faces.
+pub(super) struct FaceDraw<'a> {
+    pub(super) label: &'a str,
+    /// The shader, with a function `to_face`.
+    pub(super) module: &'a wgpu::ShaderModule,
+    /// Bytes of a vertex, and what is in it.
+    pub(super) vertex: (usize, &'a [wgpu::VertexAttribute]),
+    /// The function of a fragment, and the format that it writes; without a format, or a function, there is depth alone.
+    pub(super) fragment: Option<(&'a str, Option<wgpu::TextureFormat>)>,
+}
+
+/// Vertices that are positions and no more.
+pub(super) const POSITIONS: (usize, &[wgpu::VertexAttribute]) =
+    (size_of::<Vec3>(), &wgpu::vertex_attr_array![0 => Float32x3]);
+
+/// Draws triangles on hemicubes' faces, each an instance ([`Face`]); both sides of a surface hide.
+pub(super) fn face_pipeline(device: &wgpu::Device, draw: &FaceDraw<'_>) -> wgpu::RenderPipeline {
     let rows = wgpu::vertex_attr_array![1 => Float32x4, 2 => Float32x4, 3 => Float32x4];
     let stream = |array_stride: usize, step_mode, attributes| {
         Some(wgpu::VertexBufferLayout { array_stride: array_stride as u64, step_mode, attributes })
     };
-    let targets = [items.map(|(_, format)| format.into())];
+    let targets: Vec<_> =
+        draw.fragment.and_then(|(_, format)| format).map(|format| Some(format.into())).into_iter().collect();
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(label),
+        label: Some(draw.label),
         layout: None,
         vertex: wgpu::VertexState {
-            module,
+            module: draw.module,
             entry_point: Some("to_face"),
             compilation_options: wgpu::PipelineCompilationOptions {
                 constants: &[("near", f64::from(NEAR))],
                 ..wgpu::PipelineCompilationOptions::default()
             },
             buffers: &[
-                stream(size_of::<Vec3>(), wgpu::VertexStepMode::Vertex, &position),
+                stream(draw.vertex.0, wgpu::VertexStepMode::Vertex, draw.vertex.1),
                 stream(size_of::<Face>(), wgpu::VertexStepMode::Instance, &rows),
             ],
         },
@@ -62,8 +71,8 @@ pub(super) fn face_pipeline(
         primitive: wgpu::PrimitiveState { front_face: wgpu::FrontFace::Cw, ..wgpu::PrimitiveState::default() },
         depth_stencil: Some(Targets::depth_state(wgpu::CompareFunction::Greater)),
         multisample: wgpu::MultisampleState::default(),
-        fragment: items.map(|(entry, _)| wgpu::FragmentState {
-            module,
+        fragment: draw.fragment.map(|(entry, _)| wgpu::FragmentState {
+            module: draw.module,
             entry_point: Some(entry),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             targets: &targets,

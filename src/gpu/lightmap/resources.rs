@@ -158,9 +158,9 @@ impl HemicubeSet {
         shaders: &Shaders,
         pipelines: &Pipelines,
         buffers: &Buffers,
-        layout: TileLayout,
+        (scene, layout): (&SceneBuffers, TileLayout),
     ) -> Self {
-        let pass = HemicubePass::new(device, &shaders.hemicube, layout);
+        let pass = HemicubePass::new(device, shaders, scene, layout);
         let weights = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("delta form factors"),
             contents: bytemuck::cast_slice(&delta_form_factors(layout.resolution)),
@@ -192,9 +192,9 @@ impl HemicubeSet {
         device: &wgpu::Device,
         shaders: &Shaders,
         pipelines: &Pipelines,
-        buffers: &Buffers,
+        (buffers, scene): (&Buffers, &SceneBuffers),
     ) -> Self {
-        let pass = self.pass.reloaded(device, &shaders.hemicube);
+        let pass = self.pass.reloaded(device, shaders, scene);
         let (receive, escaped) = Self::bind(device, pipelines, buffers, &pass, &self.weights);
         Self { pass, receive, escaped, weights: self.weights.clone() }
     }

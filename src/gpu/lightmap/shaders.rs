@@ -17,6 +17,9 @@ pub const PAGES_WGSL: &str = include_str!("pages.wgsl");
 /// The shader that draws hemicubes.
 pub const HEMICUBE_WGSL: &str = include_str!("hemicube.wgsl");
 
+/// The shader that draws triangles with holes on hemicubes.
+pub const CUTOUTS_WGSL: &str = include_str!("cutouts.wgsl");
+
 /// The shaders of a solve, each as its pass loads it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shaders {
@@ -26,6 +29,7 @@ pub struct Shaders {
     pub(super) ledger: Cow<'static, str>,
     pub(super) pages: Cow<'static, str>,
     pub(super) hemicube: Cow<'static, str>,
+    pub(super) cutouts: Cow<'static, str>,
 }
 
 impl Default for Shaders {
@@ -38,6 +42,7 @@ impl Default for Shaders {
             ledger: with_patches(LEDGER_WGSL),
             pages: with_patches(PAGES_WGSL),
             hemicube: Cow::Borrowed(HEMICUBE_WGSL),
+            cutouts: Cow::Borrowed(CUTOUTS_WGSL),
         }
     }
 }
@@ -70,6 +75,7 @@ impl Shaders {
             ledger: checked("ledger.wgsl", &patches)?,
             pages: checked("pages.wgsl", &patches)?,
             hemicube: checked("hemicube.wgsl", "")?,
+            cutouts: checked("cutouts.wgsl", "")?,
         })
     }
 }

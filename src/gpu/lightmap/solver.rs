@@ -91,9 +91,9 @@ impl GpuSolver {
         let pipelines = Pipelines::new(device, &shaders);
         let buffers = Buffers::new(device, &patches);
         let groups = BindGroups::new(device, &pipelines, &buffers);
-        let [light_hemicubes, hemicubes] =
-            layouts.map(|layout| HemicubeSet::new(device, &shaders, &pipelines, &buffers, layout));
         let scene_buffers = SceneBuffers::new(device, scene);
+        let [light_hemicubes, hemicubes] =
+            layouts.map(|layout| HemicubeSet::new(device, &shaders, &pipelines, &buffers, (&scene_buffers, layout)));
         if pollster::block_on(out_of_memory.pop()).is_some() {
             return Err(format!("the device has no {} MiB left: ask for fewer texels", bytes.div_ceil(1 << 20)));
         }
@@ -388,7 +388,7 @@ impl GpuSolver {
         let pipelines = Pipelines::new(&self.device, shaders);
         let groups = BindGroups::new(&self.device, &pipelines, &self.buffers);
         let sets = [&self.light_hemicubes, &self.hemicubes]
-            .map(|set| set.reloaded(&self.device, shaders, &pipelines, &self.buffers));
+            .map(|set| set.reloaded(&self.device, shaders, &pipelines, (&self.buffers, &self.scene)));
         let page_passes = self.pages.passes(&self.device, shaders, &self.buffers);
         if let Some(error) = pollster::block_on(scope.pop()) {
             return Err(format!("the old shaders stay: {error}"));

@@ -1,0 +1,73 @@
+// Depth on a hemicube's face of triangles that a texture cuts holes into. Group 0: the masks, and their opacities, four
+// bytes a word.
+
+struct Mask {
+    // Number of its first opacity, columns, rows.
+    first: u32,
+    width: u32,
+    height: u32,
+    // 1: the four opacities around are weighed bilinearly; 0: the nearest decides.
+    filtered: u32,
+    // What the texture's opacity is multiplied by.
+    opacity: f32,
+}
+
+struct Instance {
+    @location(1) x: vec4f,
+    @location(2) y: vec4f,
+    @location(3) w: vec4f,
+}
+
+struct Varyings {
+    @builtin(position) position: vec4f,
+    @location(0) texcoord: vec2f,
+    @location(1) @interpolate(flat) mask: u32,
+}
+
+@group(0) @binding(0) var<storage, read> masks: array<Mask>;
+@group(0) @binding(1) var<storage, read> opacities: array<u32>;
+
+override near: f32 = 1e-4;
+
+@vertex
+fn to_face(
+    @location(0) position: vec3f,
+    @location(4) mask: u32,
+    @location(5) texcoord: vec2f,
+    face: Instance,
+) -> Varyings {
+    let point = vec4f(position, 1.0);
+    return Varyings(vec4f(dot(face.x, point), dot(face.y, point), near, dot(face.w, point)), texcoord, mask);
+}
+
+// The opacity of a texel; the texture repeats.
+fn texel(mask: Mask, place: vec2i) -> f32 {
+    let size = vec2i(i32(mask.width), i32(mask.height));
+    let wrapped = vec2u((place % size + size) % size);
+    let index = mask.first + wrapped.y * mask.width + wrapped.x;
+    return f32(opacities[index / 4u] >> (8u * (index % 4u)) & 255u) / 255.0;
+}
+
+// As `Texture::sample_opacity` reads it.
+fn sampled(mask: Mask, texcoord: vec2f) -> f32 {
+    let size = vec2f(f32(mask.width), f32(mask.height));
+    let wrapped = fract(texcoord);
+    if mask.filtered == 0u {
+        let place = vec2i(floor(wrapped * size));
+        return texel(mask, vec2i(place.x, i32(mask.height) - 1 - place.y));
+    }
+    let place = vec2f(wrapped.x, 1.0 - wrapped.y) * size - 0.5;
+    let corner = vec2i(floor(place));
+    let fraction = fract(place);
+    let top = mix(texel(mask, corner), texel(mask, corner + vec2i(1, 0)), fraction.x);
+    let bottom = mix(texel(mask, corner + vec2i(0, 1)), texel(mask, corner + vec2i(1, 1)), fraction.x);
+    return mix(top, bottom, fraction.y);
+}
+
+@fragment
+fn cut_out(varyings: Varyings) {
+    let mask = masks[varyings.mask];
+    if mask.opacity * sampled(mask, varyings.texcoord) < 0.5 {
+        discard;
+    }
+}
