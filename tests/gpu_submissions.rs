@@ -95,10 +95,10 @@ fn shaders_are_taken_from_a_folder_and_the_old_ones_stay_where_the_new_do_not_co
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join(radiosity::gpu::lightmap::shaders::SHADER_FOLDER);
     assert!(Shaders::from_folder(&sources) == Ok(Shaders::default()));
     let folder = tempfile::tempdir().unwrap();
-    for name in
-        ["patches", "faces", "choose", "receive", "ledger", "pages", "hemicube"].map(|name| format!("{name}.wgsl"))
-    {
-        std::fs::copy(sources.join(&name), folder.path().join(&name)).unwrap();
+    for file in std::fs::read_dir(&sources).unwrap().map(|file| file.unwrap().path()) {
+        if file.extension().is_some_and(|extension| extension == "wgsl") {
+            std::fs::copy(&file, folder.path().join(file.file_name().unwrap())).unwrap();
+        }
     }
     let receive = folder.path().join("receive.wgsl");
     let source = std::fs::read_to_string(&receive).unwrap();
