@@ -198,6 +198,7 @@ impl Solve<'_> {
         }
         if self.keeps_rows() {
             let transport = self.transport(self.settings().rays);
+            let total = transport.outgoing(&total);
             squared.par_chunks_mut(self.chunk_size()).zip(rows).for_each(|(squared, rows)| {
                 transport.squared_errors(rows, &total, |index, error| squared[index] += error);
             });
@@ -208,6 +209,7 @@ impl Solve<'_> {
     /// E_{n+1} = T E_n over the kept rows, or over rows traced anew.
     fn next_bounce(&self, previous: &[Vec3], rows: &[RowChunk], report: &mut SolveReport) -> Vec<Vec3> {
         let transport = self.transport(self.settings().rays);
+        let outgoing = transport.outgoing(previous);
         let chunks: Vec<(Vec<Vec3>, u64)> = rows
             .par_iter()
             .enumerate()
@@ -224,7 +226,7 @@ impl Solve<'_> {
                     &traced
                 };
                 if !self.monitor.is_cancelled() {
-                    transport.apply(kept, previous, |index, value| {
+                    transport.apply(kept, &outgoing, |index, value| {
                         irradiance[index] = value;
                         self.monitor.add_live(vertices.start as usize + index, value);
                     });

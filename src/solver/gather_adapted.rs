@@ -42,13 +42,13 @@ pub(super) fn solve(
     add_live(&direct);
     fill(problem, monitor, &origins, &mut direct, &adapted.buried);
     let bounces = bounce_on(problem, monitor, lights, direct, report, |bounces, _| {
-        let previous = &bounces[bounces.len() - 1];
+        let outgoing = transport.outgoing(&bounces[bounces.len() - 1]);
         let parts: Vec<Vec<Vec3>> = adapted
             .rows
             .par_iter()
             .map(|(vertices, chunk)| {
                 let mut values = vec![Vec3::ZERO; vertices.len()];
-                transport.apply(chunk, previous, |index, value| values[index] = value);
+                transport.apply(chunk, &outgoing, |index, value| values[index] = value);
                 values
             })
             .collect();

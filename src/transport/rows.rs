@@ -4,7 +4,8 @@
 //! the barycentric coordinates in it, in steps of 1/65535. Reflectance is not kept: it is read at each bounce, so it
 //! may change. A bounce is then E_{n+1} = T E_n: a sum over each row, with no ray traced.
 
-use glam::{UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3, Vec3A};
+use rayon::prelude::*;
 
 use super::{
     lights::{FinderCounts, Lights, area_to_solid_angle},
@@ -13,7 +14,7 @@ use super::{
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
-    scene::{Scene, Tessellation, mesh::interpolate},
+    scene::{Scene, Tessellation},
     trace::{Hit, Ray, RayTracer, SurfacePoint},
 };
 
@@ -65,6 +66,15 @@ impl RowChunk {
     pub fn forget_rows(&mut self) {
         (self.entries, self.rows, self.blocks) = Default::default();
     }
+}
+
+/// A field as rows read it: the values of each element's corners side by side, since an entry's element is anywhere in
+/// memory, and one look there costs less than four. Made once a bounce.
+pub struct Outgoing {
+    /// Radiosity [W/m²]; irradiance on textured elements.
+    corners: Vec<[Vec3A; 3]>,
+    /// For each element whether its reflectance is still to be looked up; empty if none is textured.
+    textured: Vec<bool>,
 }
 
 /// What a row is traced and applied with.
@@ -197,7 +207,7 @@ impl Transport<'_> {
     }
 
     /// The squared standard error of one bounce's irradiance at each vertex of a chunk, by the scatter of its blocks.
-    pub fn squared_errors(&self, chunk: &RowChunk, previous: &[Vec3], mut receive: impl FnMut(usize, Vec3)) {
+    pub fn squared_errors(&self, chunk: &RowChunk, outgoing: &Outgoing, mut receive: impl FnMut(usize, Vec3)) {
         let mut start = 0;
         for (index, (&(end, _), blocks)) in chunk.rows.iter().zip(&chunk.blocks).enumerate() {
             let row = &chunk.entries[start..end as usize];
@@ -206,8 +216,8 @@ impl Transport<'_> {
             let means = blocks.map(|(end, rays)| {
                 let entries = &row[from..end as usize];
                 from = end as usize;
-                let sum: Vec3 = entries.iter().map(|entry| self.radiosity(entry, previous)).sum();
-                (sum, rays)
+                let sum: Vec3A = entries.iter().map(|entry| self.radiosity(entry, outgoing)).sum();
+                (Vec3::from(sum), rays)
             });
             receive(index, squared_error(means));
         }
@@ -230,32 +240,47 @@ impl Transport<'_> {
         self.scene.material(triangle).reflectance.max_element() > 0.0
     }
 
-    /// One bounce: irradiance [W/m²] at each vertex of a chunk from the irradiance of the bounce before (eq. 4).
-    pub fn apply(&self, chunk: &RowChunk, previous: &[Vec3], mut receive: impl FnMut(usize, Vec3)) {
+    /// The light that leaves every element when this irradiance [W/m²] arrives at the targets' vertices.
+    pub fn outgoing(&self, irradiance: &[Vec3]) -> Outgoing {
+        let Tessellation { mesh, scene_triangle, .. } = self.targets;
+        let material = |element: usize| self.scene.material(scene_triangle[element]);
+        let is_textured = |element: usize| material(element).reflectance_texture.is_some();
+        let at = |(element, corners): (usize, &[u32; 3])| {
+            let known = if is_textured(element) { Vec3::ONE } else { material(element).reflectance };
+            corners.map(|vertex| Vec3A::from(known * irradiance[vertex as usize]))
+        };
+        let any = self.scene.materials.iter().any(|material| material.reflectance_texture.is_some());
+        let count = if any { mesh.triangles.len() } else { 0 };
+        Outgoing {
+            corners: mesh.triangles.par_iter().enumerate().with_min_len(1024).map(at).collect(),
+            textured: (0..count).into_par_iter().with_min_len(1024).map(is_textured).collect(),
+        }
+    }
+
+    /// One bounce: irradiance [W/m²] at each vertex of a chunk from what leaves the elements (eq. 4).
+    pub fn apply(&self, chunk: &RowChunk, outgoing: &Outgoing, mut receive: impl FnMut(usize, Vec3)) {
         let mut start = 0;
         for (index, &(end, rays)) in chunk.rows.iter().enumerate() {
             let entries = &chunk.entries[start..end as usize];
             start = end as usize;
-            let sum: Vec3 = entries.iter().map(|entry| self.radiosity(entry, previous)).sum();
-            receive(index, if rays == 0 { Vec3::ZERO } else { sum / rays as f32 });
+            let sum: Vec3A = entries.iter().map(|entry| self.radiosity(entry, outgoing)).sum();
+            receive(index, if rays == 0 { Vec3::ZERO } else { Vec3::from(sum) / rays as f32 });
         }
     }
 
     /// B = ρ E at what a ray met (eq. 4), E by barycentric interpolation.
     #[inline]
-    fn radiosity(&self, entry: &RowEntry, irradiance: &[Vec3]) -> Vec3 {
+    fn radiosity(&self, entry: &RowEntry, outgoing: &Outgoing) -> Vec3A {
         let element = entry.element as usize;
         let barycentric = entry.place();
-        let corners = self.targets.mesh.triangles[element].map(|vertex| irradiance[vertex as usize]);
-        let triangle = self.targets.scene_triangle[element];
-        let material = self.scene.material(triangle);
-        let reflectance = if material.reflectance_texture.is_some() {
-            let [a, b, c] = self.targets.corner_barycentrics[element];
-            self.scene.reflectance(triangle, a + barycentric.x * (b - a) + barycentric.y * (c - a))
-        } else {
-            material.reflectance
-        };
-        reflectance * interpolate(corners, barycentric)
+        let [a, b, c] = outgoing.corners[element];
+        let between = (1.0 - barycentric.x - barycentric.y) * a + barycentric.x * b + barycentric.y * c;
+        if outgoing.textured.get(element) != Some(&true) {
+            return between;
+        }
+        let [a, b, c] = self.targets.corner_barycentrics[element];
+        let place = a + barycentric.x * (b - a) + barycentric.y * (c - a);
+        Vec3A::from(self.scene.reflectance(self.targets.scene_triangle[element], place)) * between
     }
 }
 

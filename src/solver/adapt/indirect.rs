@@ -129,6 +129,7 @@ impl<'a> IndirectElements<'a> {
             seed: settings.seed,
             rays: settings.rays,
         };
+        let outgoing = transport.outgoing(&self.fine.direct);
         let per_task = (RAYS_PER_TASK / settings.rays.max(1) as usize).clamp(1, 1024);
         let vertices: Vec<u32> = (first as u32..self.tessellation.mesh.positions.len() as u32).collect();
         let traced: Vec<_> = vertices
@@ -140,7 +141,7 @@ impl<'a> IndirectElements<'a> {
                 };
                 transport.trace(vertices.iter().copied(), &mut chunk, self.making.is_cancelled, receive);
                 let mut values = vec![Vec3::ZERO; vertices.len()];
-                transport.apply(&chunk, &self.fine.direct, |index, value| values[index] = value);
+                transport.apply(&chunk, &outgoing, |index, value| values[index] = value);
                 buried.resize(vertices.len(), false);
                 (vertices.to_vec(), chunk, values, buried)
             })
