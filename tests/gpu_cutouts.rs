@@ -7,12 +7,9 @@ mod common;
 use std::sync::Arc;
 
 use common::lightmap::*;
-use glam::Vec3;
 use radiosity::{
-    check::closed_form::polygon_irradiance,
     lightmap::GpuSettings,
     scene::{LoadOptions, area_light::AreaLightState, load, texture::TextureFilter},
-    trace::{Ray, RayTracer as _, Tracer},
 };
 
 /// A floor, a whole board at its side, and over its middle a board whose material has holes by texture.
@@ -42,25 +39,9 @@ fn misplaced(opacity: f32, texture_filter: TextureFilter) -> f32 {
     let light = light.to_local(&scene.frame);
     let settings = GpuSettings { light_side: 1, light_hemicube: 512, ..GpuSettings::default() };
     let direct = solved(solver(&scene, &atlas, Some(light), &settings)).fields().unwrap().direct;
-    let tracer = Tracer::new(Arc::clone(&scene));
-    let (mut arrives, mut wrong, mut shaded) = (0.0, 0.0, 0);
-    for (texel, value) in atlas.texels.iter().zip(&direct).filter(|(texel, _)| texel.triangle < 2) {
-        let way = light.centre - texel.position;
-        let ray = Ray {
-            origin: texel.position,
-            direction: way.normalize(),
-            max_distance: way.length(),
-            origin_triangle: texel.triangle,
-        };
-        let whole = polygon_irradiance(texel.position, Vec3::Y, &light.corners(), light.radiance).x;
-        let is_occluded = tracer.occluded(&ray);
-        shaded += usize::from(is_occluded);
-        let expected = if is_occluded { 0.0 } else { whole };
-        arrives += texel.open_area() * expected;
-        wrong += texel.open_area() * (value.x - expected).abs();
-    }
+    let AgainstRays { misplaced, shaded } = against_rays(&scene, &atlas, &light, &direct, |texel| texel.triangle < 2);
     assert!(shaded > 50, "{shaded} texels in shadow");
-    wrong / arrives
+    misplaced
 }
 
 #[test]

@@ -283,26 +283,12 @@ fn in_a_scene_of_many_triangles_the_light_is_seen_where_rays_say_so() {
     let light =
         AreaLightState { centre: middle.to_array(), u: [0.1, 0.0, 0.0], v: [0.0, 0.1, 0.0], radiance: [10.0; 3] };
     let light = light.to_local(&scene.frame);
-    let tracer = Tracer::new(Arc::clone(&scene));
     let settings = GpuSettings { light_side: 1, light_hemicube: 512, ..GpuSettings::default() };
     let mut solver = solver(&scene, &atlas, Some(light), &settings);
     solver.step().unwrap();
     let direct = solver.fields().unwrap().direct;
-    let (mut seen, mut wrong) = (0.0_f32, 0.0_f32);
-    for (texel, value) in atlas.texels.iter().zip(&direct).filter(|(texel, _)| texel.open > 0.5) {
-        let whole = polygon_irradiance(texel.position, texel.shading_normal, &light.corners(), light.radiance).x;
-        let way = light.centre - texel.position;
-        let ray = Ray {
-            origin: texel.position,
-            direction: way.normalize(),
-            max_distance: way.length(),
-            origin_triangle: texel.triangle,
-        };
-        let expected = if tracer.occluded(&ray) { 0.0 } else { whole };
-        seen += texel.open_area() * expected;
-        wrong += texel.open_area() * (value.x - expected).abs();
-    }
-    assert!(seen > 0.0 && wrong < 0.05 * seen, "{:.1} % of the light is wrong", 100.0 * wrong / seen);
+    let misplaced = against_rays(&scene, &atlas, &light, &direct, |texel| texel.open > 0.5).misplaced;
+    assert!(misplaced < 0.05, "{:.1} % of the light is wrong", 100.0 * misplaced);
 }
 
 #[test]

@@ -10,7 +10,7 @@ use radiosity::gpu::{
         cutouts::Mask,
         pages::PageSettings,
         patches::{BatchSettings, ChartGroups, Face, Group, LedgerSums, PowerSums, Receiver, Shooter},
-        shaders::PATCHES_WGSL,
+        shaders::{ON_FACE_WGSL, PATCHES_WGSL},
     },
     map_picture::PictureUniforms,
     mesh_view::MaterialUniforms,
@@ -25,13 +25,10 @@ fn source(file: &str) -> String {
     match file {
         "mesh_view.wgsl" => format!("{FRAME_WGSL}{text}{}", beside("vertex_field.wgsl").unwrap()),
         "vertex_field.wgsl" | "map_field.wgsl" => format!("{FRAME_WGSL}{}{text}", beside("mesh_view.wgsl").unwrap()),
-        "map_picture.wgsl"
-        | "blit.wgsl"
-        | "frame.wgsl"
-        | "lightmap/patches.wgsl"
-        | "lightmap/hemicube.wgsl"
-        | "lightmap/cutouts.wgsl"
-        | "lightmap/item_buffer.wgsl" => text,
+        "map_picture.wgsl" | "blit.wgsl" | "frame.wgsl" | "lightmap/patches.wgsl" | "lightmap/on_face.wgsl" => text,
+        "lightmap/hemicube.wgsl" | "lightmap/cutouts.wgsl" | "lightmap/item_buffer.wgsl" => {
+            format!("{ON_FACE_WGSL}{text}")
+        }
         _ if file.starts_with("lightmap/") => format!("{PATCHES_WGSL}{text}"),
         _ => format!("{FRAME_WGSL}{text}"),
     }

@@ -21,14 +21,13 @@ fn scene(left: &str, right: &str) -> Scene {
          vt 0 0\nvt 0.5 0\nvt 1 0\nvt 0 1\nvt 0.5 1\nvt 1 1\n\
          usemtl {left}\nf 1/1 4/4 5/5 2/2\nusemtl {right}\nf 2/2 5/5 6/6 3/3\nusemtl board\nf 7 8 9 10\n"
     );
-    let materials = "newmtl board\nKd 0 0 0\nnewmtl floor\nKd 0.8 0.8 0.8\nnewmtl white\nKd 0.8 0.8 0.8\n\
-                     newmtl black\nKd 0 0 0\n";
+    let materials = "newmtl board\nKd 0 0 0\nnewmtl white\nKd 0.8 0.8 0.8\nnewmtl black\nKd 0 0 0\n";
     load_from_memory("floor", &obj, materials, &LoadOptions::default()).unwrap()
 }
 
-/// The floor of one material, with a texture of two texels.
+/// The floor white on both sides, with a texture of two texels.
 fn textured(texels: [u8; 2]) -> Scene {
-    let mut scene = scene("floor", "floor");
+    let mut scene = scene("white", "white");
     let texels = texels.map(|grey| [grey, grey, grey, 255]).to_vec();
     scene.textures = vec![Texture::new(String::from("halves"), 2, 1, texels, TextureFilter::Nearest)];
     for material in &mut scene.materials {

@@ -1,5 +1,7 @@
 //! Indexed triangles with shading normals.
 
+use std::ops::{Add, Mul};
+
 use glam::{Vec2, Vec3};
 
 /// Triangles in local units. A vertex is a position with one shading normal: corners at one position that differ in
@@ -61,7 +63,10 @@ impl Mesh {
 }
 
 /// (1-u-v) a + u b + v c: the barycentric convention of the whole program.
-pub fn interpolate([a, b, c]: [Vec3; 3], barycentric: Vec2) -> Vec3 {
+pub fn interpolate<Value: Add<Output = Value>>([a, b, c]: [Value; 3], barycentric: Vec2) -> Value
+where
+    f32: Mul<Value, Output = Value>,
+{
     (1.0 - barycentric.x - barycentric.y) * a + barycentric.x * b + barycentric.y * c
 }
 

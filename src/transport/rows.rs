@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
-    scene::{Scene, Tessellation},
+    scene::{Scene, Tessellation, mesh::interpolate},
     trace::{Hit, Ray, RayTracer, SurfacePoint},
 };
 
@@ -273,8 +273,7 @@ impl Transport<'_> {
     fn radiosity(&self, entry: &RowEntry, outgoing: &Outgoing) -> Vec3A {
         let element = entry.element as usize;
         let barycentric = entry.place();
-        let [a, b, c] = outgoing.corners[element];
-        let between = (1.0 - barycentric.x - barycentric.y) * a + barycentric.x * b + barycentric.y * c;
+        let between = interpolate(outgoing.corners[element], barycentric);
         if outgoing.textured.get(element) != Some(&true) {
             return between;
         }

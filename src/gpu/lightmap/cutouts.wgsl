@@ -12,12 +12,6 @@ struct Mask {
     opacity: f32,
 }
 
-struct Instance {
-    @location(1) x: vec4f,
-    @location(2) y: vec4f,
-    @location(3) w: vec4f,
-}
-
 struct Varyings {
     @builtin(position) position: vec4f,
     @location(0) texcoord: vec2f,
@@ -27,8 +21,6 @@ struct Varyings {
 @group(0) @binding(0) var<storage, read> masks: array<Mask>;
 @group(0) @binding(1) var<storage, read> opacities: array<u32>;
 
-override near: f32 = 1e-4;
-
 @vertex
 fn to_face(
     @location(0) position: vec3f,
@@ -36,8 +28,7 @@ fn to_face(
     @location(5) texcoord: vec2f,
     face: Instance,
 ) -> Varyings {
-    let point = vec4f(position, 1.0);
-    return Varyings(vec4f(dot(face.x, point), dot(face.y, point), near, dot(face.w, point)), texcoord, mask);
+    return Varyings(on_face(position, face), texcoord, mask);
 }
 
 // The opacity of a texel; the texture repeats.

@@ -1,16 +1,6 @@
-// Depth of the scene on one face of a hemicube; every face is an instance. Depth is near / distance along the face's
-// axis: 0 where nothing is seen.
-
-struct Instance {
-    @location(1) x: vec4f,
-    @location(2) y: vec4f,
-    @location(3) w: vec4f,
-}
-
-override near: f32 = 1e-4;
+// Depth of the scene on one face of a hemicube: 0 where nothing is seen.
 
 @vertex
 fn to_face(@location(0) position: vec3f, face: Instance) -> @builtin(position) vec4f {
-    let point = vec4f(position, 1.0);
-    return vec4f(dot(face.x, point), dot(face.y, point), near, dot(face.w, point));
+    return on_face(position, face);
 }

@@ -9,7 +9,7 @@ use super::{
     patches::{BatchSettings, Face, Shooter},
     pipelines::{FaceDraw, POSITIONS, compute_pipeline, face_pipeline, module},
     readback::read_copy,
-    shaders::{FACES_WGSL, PATCHES_WGSL},
+    shaders::{FACES_WGSL, ON_FACE_WGSL, PATCHES_WGSL},
 };
 
 /// The shader that draws items.
@@ -106,7 +106,7 @@ impl ItemBuffers {
         let faces = zeros(slots * FACE_COUNT as usize * size_of::<Face>(), Usage::STORAGE | Usage::VERTEX);
         let rows = zeros(4 * slots * triangles.len(), Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST);
         let weights = filled(bytemuck::cast_slice(weights), Usage::STORAGE);
-        let items_shader = module(device, "item_buffer.wgsl", ITEM_BUFFER_WGSL);
+        let items_shader = module(device, "item_buffer.wgsl", &format!("{ON_FACE_WGSL}{ITEM_BUFFER_WGSL}"));
         let find_faces = compute(device, FACES_WGSL, "find_faces");
         let add_pixels = compute(device, ROWS_WGSL, "add_pixels");
         let entry = |binding, buffer: &'_ wgpu::Buffer| (binding, buffer.clone());

@@ -14,6 +14,9 @@ pub const RECEIVE_WGSL: &str = include_str!("receive.wgsl");
 pub const LEDGER_WGSL: &str = include_str!("ledger.wgsl");
 /// The shader that fills the pages.
 pub const PAGES_WGSL: &str = include_str!("pages.wgsl");
+/// What shaders that draw on hemicubes' faces begin with.
+pub const ON_FACE_WGSL: &str = include_str!("on_face.wgsl");
+
 /// The shader that draws hemicubes.
 pub const HEMICUBE_WGSL: &str = include_str!("hemicube.wgsl");
 
@@ -35,14 +38,15 @@ pub struct Shaders {
 impl Default for Shaders {
     fn default() -> Self {
         let with_patches = |source: &str| Cow::Owned(format!("{PATCHES_WGSL}{source}"));
+        let with_faces = |source: &str| Cow::Owned(format!("{ON_FACE_WGSL}{source}"));
         Self {
             faces: with_patches(FACES_WGSL),
             choose: with_patches(CHOOSE_WGSL),
             receive: with_patches(RECEIVE_WGSL),
             ledger: with_patches(LEDGER_WGSL),
             pages: with_patches(PAGES_WGSL),
-            hemicube: Cow::Borrowed(HEMICUBE_WGSL),
-            cutouts: Cow::Borrowed(CUTOUTS_WGSL),
+            hemicube: with_faces(HEMICUBE_WGSL),
+            cutouts: with_faces(CUTOUTS_WGSL),
         }
     }
 }
@@ -60,7 +64,7 @@ impl Shaders {
             let path = folder.join(name);
             std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
         };
-        let patches = read("patches.wgsl")?;
+        let (patches, on_face) = (read("patches.wgsl")?, read("on_face.wgsl")?);
         let checked = |name: &str, before: &str| {
             let source = format!("{before}{}", read(name)?);
             match wgpu::naga::front::wgsl::parse_str(&source) {
@@ -74,8 +78,8 @@ impl Shaders {
             receive: checked("receive.wgsl", &patches)?,
             ledger: checked("ledger.wgsl", &patches)?,
             pages: checked("pages.wgsl", &patches)?,
-            hemicube: checked("hemicube.wgsl", "")?,
-            cutouts: checked("cutouts.wgsl", "")?,
+            hemicube: checked("hemicube.wgsl", &on_face)?,
+            cutouts: checked("cutouts.wgsl", &on_face)?,
         })
     }
 }
