@@ -11,7 +11,7 @@ mod common;
 use std::{path::Path, sync::Arc, time::Instant};
 
 use common::{
-    cornell_light, own_scene, problem, shared, solve_unwatched,
+    cornell_light, own_scene, problem, shared, solve_unwatched, solve_with_elements,
     truths::{CASES, Case, agreement_of, case, load_options},
 };
 use glam::{DVec3, Vec3};
@@ -26,7 +26,7 @@ use radiosity::{
     files::loaded_scene,
     math::sequence::Sampler,
     scene::{LoadOptions, load},
-    solver::{Job, PointIrradiance, Problem, Reconstruction, Reconstructor, Solution, SolveSettings},
+    solver::{Job, PointIrradiance, Reconstruction, Reconstructor, SolveSettings, Solved},
     trace::{Ray, RayTracer, SurfacePoint, Tracer},
     transport::{
         Lights,
@@ -181,7 +181,7 @@ fn threads() {
     let scene = own_scene("cornell/cornell", &LoadOptions::default());
     let settings = SolveSettings { rays: 1024, bounces: Some(4), subdivide: 4, ..SolveSettings::default() };
     let problem = problem(&scene, Some(cornell_light()), settings);
-    let seconds = |threads| Job::start(problem.clone(), threads).unwrap().finish().unwrap().1.seconds;
+    let seconds = |threads| Job::start(problem.clone(), threads).unwrap().finish().unwrap().report.seconds;
     seconds(2);
     let mut ratios: Vec<f64> = (0..7).map(|_| seconds(1) / seconds(2)).collect();
     ratios.sort_by(f64::total_cmp);
@@ -238,9 +238,9 @@ fn mega_rays_a_second(rays: &[Ray], is_hit: impl Fn(&Ray) -> bool + Sync) -> f64
     rays.len() as f64 * 1e-6 * rayon::current_num_threads() as f64 / (processor_seconds() - before)
 }
 
-fn errors_at_truth(case: &Case, problem: &Problem, solution: &Solution, reconstruction: Reconstruction) -> FieldErrors {
+fn errors_at_truth(case: &Case, solved: &Solved, reconstruction: Reconstruction) -> FieldErrors {
     let tracer = Tracer::new(Arc::clone(&case.scene));
-    let field = Reconstructor::new(&case.scene, &tracer, &problem.tessellation, solution, reconstruction);
+    let field = Reconstructor::new(&case.scene, &tracer, &solved.tessellation, &solved.solution, reconstruction);
     let mut scratch = Scratch::default();
     let mut at = |point| {
         let (triangle, barycentric) = locate(&case.scene, &tracer, point).unwrap();
@@ -287,10 +287,11 @@ fn field_line(case: &Case, name: &str, settings: SolveSettings) {
     let rays = settings.rays;
     let before = processor_seconds();
     let problem = problem(&case.scene, case.light, settings);
-    let (solution, report) = solve_unwatched(&problem);
+    let solved = solve_with_elements(&problem);
     let seconds = processor_seconds() - before;
-    let vertex = errors_at_truth(case, &problem, &solution, Reconstruction::Vertex);
-    let point = errors_at_truth(case, &problem, &solution, Reconstruction::PointDirect);
+    let vertex = errors_at_truth(case, &solved, Reconstruction::Vertex);
+    let point = errors_at_truth(case, &solved, Reconstruction::PointDirect);
+    let Solved { solution, report, .. } = solved;
     println!(
         "{name:9}  {:8}  {:8}  {rays:5}  {seconds:6.2}  |  {:5.2} %  {:+5.2} %  {:5.2} %  {:5.2} %  |  {:5.2} %  {:5.2} %  {:5.2} %",
         solution.buried.len(),
@@ -333,8 +334,9 @@ fn large() {
             let started = Instant::now();
             let problem = problem(&loaded, case.light, settings);
             let build_seconds = started.elapsed().as_secs_f64();
-            let (solution, report) = solve_unwatched(&problem);
-            let errors = errors_at_truth(&case, &problem, &solution, Reconstruction::Vertex);
+            let solved = solve_with_elements(&problem);
+            let errors = errors_at_truth(&case, &solved, Reconstruction::Vertex);
+            let Solved { solution, report, .. } = solved;
             println!(
                 "{name:9}  {:9}  {:8}  {load_seconds:6.2}  {build_seconds:7.2}  {:7.2}  {:7.2}  {:7.2} %  {:+.2} %",
                 loaded.mesh.triangles.len(),

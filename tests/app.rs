@@ -47,17 +47,16 @@ fn the_window_solves_to_the_bits_of_the_command_line() {
     let Some(mut window) = window(folder.path()) else { return };
     solve(&mut window);
     let results = window.state().results.as_ref().unwrap();
-    let problem = radiosity::solver::Problem {
-        scene: results.elements.scene.clone(),
-        tracer: results.elements.tracer.clone(),
-        tessellation: results.elements.tessellation.clone(),
-        load: window.state().document.loaded.load.clone(),
-        light: results.input.light,
-        settings: results.input.settings.clone(),
-        adapted: None,
-    };
-    let monitor = radiosity::solver::Monitor::new(results.total.len(), None);
-    let (solution, _) = radiosity::solver::solve(&problem, &monitor);
+    let problem = radiosity::solver::Problem::new(
+        results.elements.scene.clone(),
+        results.elements.tracer.clone(),
+        window.state().document.loaded.load.clone(),
+        results.input.light,
+        results.input.settings.clone(),
+    );
+    let problem = problem.unwrap();
+    let monitor = radiosity::solver::Monitor::new(&problem.tessellation, None);
+    let solution = radiosity::solver::solve(&problem, &monitor).solution;
     assert_eq!(solution, *results.solution.clone().unwrap());
 }
 

@@ -41,7 +41,7 @@ fn direct_at(
         is_cancelled: &|| false,
     };
     let mut rays = ShadowRays::default();
-    (context.irradiance_at(point, &mut Scratch::default(), &mut rays), rays)
+    (context.irradiance_at(point, &mut Scratch::default(), &mut rays).0, rays)
 }
 
 /// The largest difference between both methods over `count` points, relative to the largest irradiance.

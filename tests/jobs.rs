@@ -22,7 +22,7 @@ fn small() -> SolveSettings {
 }
 
 fn solve_on(threads: usize, problem: &Problem) -> Solution {
-    Job::start(problem.clone(), threads).unwrap().finish().unwrap().0
+    Job::start(problem.clone(), threads).unwrap().finish().unwrap().solution
 }
 
 #[test]
@@ -101,7 +101,7 @@ fn a_cancelled_solve_ends_within_a_tenth_of_a_second_and_keeps_what_it_had() {
         }
         // A tenth of a second on an idle machine; a busy one may take its time.
         assert!(asked.elapsed() < Duration::from_millis(500), "{rays} rays: {:?}", asked.elapsed());
-        let (solution, _) = job.finish().unwrap();
+        let solution = job.finish().unwrap().solution;
         assert!(!solution.info.complete);
         let is_lit = solution.direct().iter().any(|value| value.x > 0.0);
         assert!(is_lit || rays > 10_000, "what was computed is kept");
@@ -120,7 +120,7 @@ fn a_paused_solve_stands_still_and_ends_with_the_same_bits() {
     assert_eq!(before, job.monitor().progress().rays);
     assert!(!job.is_finished());
     job.monitor().resume();
-    assert_eq!(job.finish().unwrap().0, solve_on(1, &problem));
+    assert_eq!(job.finish().unwrap().solution, solve_on(1, &problem));
 }
 
 #[test]
@@ -135,15 +135,15 @@ fn messages_bring_every_bounce_in_order_and_the_live_field_ends_as_the_solution(
         .messages()
         .filter_map(|message| match message {
             Message::Bounce { index, irradiance, .. } => Some((index, irradiance)),
-            Message::Progress(_) | Message::Fault(_) | Message::SamplingError(_) => None,
+            Message::Elements(_) | Message::Progress(_) | Message::Fault(_) | Message::SamplingError(_) => None,
         })
         .collect();
-    let (solution, _) = job.finish().unwrap();
+    let solution = job.finish().unwrap().solution;
     assert_eq!(bounces.iter().map(|(index, _)| *index).collect::<Vec<_>>(), [0, 1, 2, 3]);
     for (index, irradiance) in &bounces {
         assert_eq!(**irradiance, solution.bounces[*index as usize]);
     }
-    let live = monitor.live_field();
+    let live = monitor.live().total;
     for (vertex, (live, total)) in live.iter().zip(solution.total()).enumerate() {
         assert!(live.abs_diff_eq(total, 1e-5 * total.max_element().max(1e-3)), "vertex {vertex}: {live}, not {total}");
     }

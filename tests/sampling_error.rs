@@ -34,7 +34,7 @@ fn solve(sampler: Sampler, seed: u64, row_memory: u32) -> (Solution, Arc<Vec<f32
         Message::SamplingError(errors) => Some(errors),
         _ => None,
     });
-    (job.finish().unwrap().0, told.unwrap())
+    (job.finish().unwrap().solution, told.unwrap())
 }
 
 /// Root mean squares over the vertices that are not buried: of the error that was told, and of the scatter of eight

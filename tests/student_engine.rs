@@ -12,7 +12,7 @@ use glam::{Mat3, Vec3};
 use radiosity::{
     scene::LoadOptions,
     solver::{
-        Engine, Message, Monitor, Problem, Solution, SolveReport, SolveSettings,
+        Engine, Message, Monitor, Problem, Solution, SolveReport, SolveSettings, Solved,
         one_vertex::{Found, rays_of_vertex},
         solve_with,
         student_engine::HOLE_COLOUR,
@@ -30,7 +30,8 @@ fn few_rays() -> SolveSettings {
 }
 
 fn solve_with_functions(problem: &Problem, functions: &Functions) -> (Solution, SolveReport) {
-    solve_with(problem, functions, &Monitor::new(problem.tessellation.mesh.positions.len(), None))
+    let Solved { solution, report, .. } = solve_with(problem, functions, &Monitor::new(&problem.tessellation, None));
+    (solution, report)
 }
 
 #[test]
@@ -88,7 +89,7 @@ fn with_nothing_written_the_mesh_shows_its_normals() {
 fn while_nothing_is_written_and_somebody_watches_the_vertices_fill_in_over_some_seconds() {
     let problem = cornell(few_rays());
     let (sender, _messages) = std::sync::mpsc::channel();
-    let monitor = Monitor::new(problem.tessellation.mesh.positions.len(), Some(sender));
+    let monitor = Monitor::new(&problem.tessellation, Some(sender));
     let started = Instant::now();
     solve_with(&problem, &PLACEHOLDERS, &monitor);
     assert!((2.0..20.0).contains(&started.elapsed().as_secs_f32()), "{:?}", started.elapsed());
@@ -139,15 +140,15 @@ fn a_function_that_fails_is_named_and_costs_only_its_vertices() {
     for (function, words, functions) in cases {
         let problem = cornell(few_rays());
         let (sender, messages) = std::sync::mpsc::channel();
-        let monitor = Monitor::new(problem.tessellation.mesh.positions.len(), Some(sender));
-        let (solution, report) = solve_with(&problem, &functions, &monitor);
+        let monitor = Monitor::new(&problem.tessellation, Some(sender));
+        let Solved { solution, report, .. } = solve_with(&problem, &functions, &monitor);
         let [fault] = report.faults.as_slice() else { panic!("{function}: {:?}", report.faults) };
         assert_eq!(fault.function, function, "{fault}");
         assert!(fault.problem.contains(words), "{fault}");
         assert!(!fault.input.is_empty());
         assert_eq!(messages.try_iter().filter(|message| matches!(message, Message::Fault(_))).count(), 1);
         assert!(!report.holes.is_empty());
-        let live = monitor.live_field();
+        let live = monitor.live().total;
         for &hole in &report.holes {
             assert!(solution.bounces.last().unwrap()[hole as usize] == Vec3::ZERO);
             assert!(live[hole as usize].x >= HOLE_COLOUR.x, "a hole is magenta on the screen");
@@ -172,13 +173,13 @@ fn the_students_engine_gives_the_same_bits_on_any_number_of_threads() {
 #[test]
 fn a_cancelled_solve_of_the_students_engine_ends_at_once_and_keeps_direct_light() {
     let problem = cornell(SolveSettings { rays: 50_000_000, light_rays: 4, ..few_rays() });
-    let monitor = Arc::new(Monitor::new(problem.tessellation.mesh.positions.len(), None));
+    let monitor = Arc::new(Monitor::new(&problem.tessellation, None));
     let watched = Arc::clone(&monitor);
     let solving = std::thread::spawn(move || solve_with(&problem, &FUNCTIONS, &watched));
     std::thread::sleep(std::time::Duration::from_millis(300));
     let started = Instant::now();
     monitor.cancel();
-    let (solution, report) = solving.join().unwrap();
+    let Solved { solution, report, .. } = solving.join().unwrap();
     // 100 ms are promised; a busy machine gets more.
     assert!(started.elapsed().as_secs_f32() < 0.5, "{:?}", started.elapsed());
     assert!(!solution.info.complete);

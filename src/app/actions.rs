@@ -157,7 +157,12 @@ impl App {
         let mut ended = false;
         for event in solving.events() {
             match event {
-                SolveEvent::Started(elements) => self.results = Some(Results::begun(elements, solving.input.clone())),
+                // Elements are cut before the first bounce is known: nothing else gets lost.
+                SolveEvent::Elements(elements, total) => {
+                    let progress = self.results.as_ref().and_then(|results| results.progress);
+                    let begun = Results::begun(elements, total, solving.input.clone());
+                    self.results = Some(Results { progress, ..begun });
+                }
                 SolveEvent::Failed(problem) => {
                     self.notices.say(Level::Error, problem);
                     ended = true;
@@ -167,12 +172,19 @@ impl App {
                 event => {
                     ended |= matches!(event, SolveEvent::Finished { .. });
                     if let Some(results) = &mut self.results {
+                        // From the first bounce on the elements stay.
+                        let are_final = matches!(event, SolveEvent::Bounce { .. }) && results.bounces.is_empty();
+                        if let (Some(job), true) = (&self.lightmap.job, are_final) {
+                            job.set_elements(results.elements.clone());
+                        }
                         results.take(event);
                     }
                 }
             }
         }
-        if let (Some(live), Some(results), false) = (solving.take_live(), &mut self.results, ended) {
+        if let (Some(results), false) = (&mut self.results, ended)
+            && let Some(live) = solving.take_live(&results.elements)
+        {
             results.total = live;
         }
         if ended {
@@ -181,7 +193,7 @@ impl App {
     }
 
     /// Elements to begin a solve with, and the settings that they were made with.
-    pub(super) fn elements_at_hand(&self) -> (Elements, SolveSettings) {
+    fn elements_at_hand(&self) -> (Elements, SolveSettings) {
         match &self.results {
             Some(results) => (results.elements.clone(), results.input.settings.clone()),
             None => (self.document.elements.clone(), self.document.original.settings.clone()),

@@ -75,12 +75,10 @@ impl App {
             self.notices.say(Level::Error, line);
             return;
         }
-        let (base, made_with) = self.elements_at_hand();
         let input = LightmapInput {
             device,
             queue,
-            base,
-            made_with,
+            shown: self.elements().clone(),
             input: self.document.edit.solve_input(),
             map: self.lightmap.map.clone(),
             settings: self.lightmap.settings.clone(),

@@ -29,7 +29,6 @@ use crate::{
         },
     },
     lightmap::{Atlas, Charts, GpuSettings, LightmapSettings, PageUpdate, pages_of},
-    solver::SolveSettings,
 };
 
 /// Time between two fillings of the pages.
@@ -46,11 +45,9 @@ pub struct LightmapInput {
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
-    /// Elements at hand, used again if the settings still ask for them.
-    pub base: Elements,
-    /// The settings that they were made with.
-    pub made_with: SolveSettings,
-    /// Light, materials and elements, as ENTER would take them.
+    /// The elements that are shown.
+    pub shown: Elements,
+    /// Light and materials, as ENTER would take them.
     pub input: SolveInput,
     /// How fine the map is.
     pub map: LightmapSettings,
@@ -104,6 +101,8 @@ struct Shared {
     paused: AtomicBool,
     rests: AtomicBool,
     reload: AtomicBool,
+    /// Elements to be shown from now on.
+    elements: Mutex<Option<Elements>>,
     stage: Mutex<Stage>,
     /// The stop rule, as the bits of a number.
     unabsorbed: AtomicU32,
@@ -171,6 +170,11 @@ impl LightmapJob {
         *self.shared.stage.lock().unwrap_or_else(PoisonError::into_inner) = stage;
     }
 
+    /// Shows it on these elements from now on: those of the solution that it is seen beside.
+    pub fn set_elements(&self, elements: Elements) {
+        *self.shared.elements.lock().unwrap_or_else(PoisonError::into_inner) = Some(elements);
+    }
+
     /// Counts how often the pages were filled.
     pub fn version(&self) -> u64 {
         self.shared.version.load(Relaxed)
@@ -198,11 +202,15 @@ struct Work {
 
 impl Work {
     fn run(&self) -> Result<(), String> {
-        let LightmapInput { base, made_with, input, map, settings, .. } = &self.input;
+        let LightmapInput { shown, input, map, settings, .. } = &self.input;
         if let Some(problem) = settings.problem() {
             return Err(problem);
         }
-        let elements = elements_for(base, made_with, input, &|| self.shared.stopped.load(Relaxed))?;
+        let elements = if shown.scene.materials == *input.materials {
+            shown.clone()
+        } else {
+            elements_for(shown, &input.settings, input)?
+        };
         let report = |stage: &str, done: Option<f32>| {
             let percent = done.map_or(String::new(), |done| format!(", {:.0} %", 100.0 * done));
             self.send(LightmapEvent::Status(format!("{stage}{percent}")));
@@ -216,36 +224,43 @@ impl Work {
         let Some(atlas) = found else {
             return Err(String::from("the lightmap was stopped before there was light"));
         };
-        let places = vertex_places(&elements);
         let light = input.light.map(|light| light.to_local(&elements.scene.frame));
-        let geometry = ViewGeometry::with_map(&elements.scene, &elements.tessellation, &atlas.charts)?;
         let device = (&self.input.device, &self.input.queue);
         let mut solver = GpuSolver::new(device, &elements.scene, &atlas, light.as_ref(), settings)?;
         solver.set_submission_time(SUBMISSION_TIME);
         solver.fill_pages(Stage::Irradiance)?;
+        self.show_on(&elements, &solver, &atlas.charts)?;
+        self.solve(&mut solver, &atlas, elements)
+    }
+
+    /// Tells how it is shown on elements.
+    fn show_on(&self, elements: &Elements, solver: &GpuSolver, charts: &Charts) -> Result<(), String> {
+        let geometry = ViewGeometry::with_map(&elements.scene, &elements.tessellation, charts)?;
         self.send(LightmapEvent::Shown(Box::new(ShownMap {
             elements: Elements { geometry: Arc::new(geometry), ..elements.clone() },
             pages: solver.pages().clone(),
-            page_size: atlas.charts.page_size,
-            page_count: atlas.charts.page_count,
+            page_size: charts.page_size,
+            page_count: charts.page_count,
             hemicubes: solver.hemicube_depth().0.clone(),
             hemicubes_size: solver.hemicube_depth().1,
         })));
-        self.solve(&mut solver, &|solver| self.at_vertices(solver, &atlas, &elements, &places))
+        Ok(())
     }
 
     /// Until the window lets go of it.
-    fn solve(
-        &self,
-        solver: &mut GpuSolver,
-        at_vertices: &dyn Fn(&GpuSolver) -> Result<Results, String>,
-    ) -> Result<(), String> {
+    fn solve(&self, solver: &mut GpuSolver, atlas: &Atlas, mut elements: Elements) -> Result<(), String> {
         let (mut shown, mut shown_stage) = (Instant::now(), Stage::Irradiance);
         let mut busy = Duration::ZERO;
         while !self.shared.ended.load(Relaxed) {
             if self.shared.reload.swap(false, Relaxed) {
                 let loaded = Shaders::from_folder(std::path::Path::new(SHADER_FOLDER));
                 self.send(LightmapEvent::Reloaded(loaded.and_then(|shaders| solver.reload(&shaders))));
+            }
+            let others = self.shared.elements.lock().unwrap_or_else(PoisonError::into_inner).take();
+            if let Some(others) = others.filter(|it| !Arc::ptr_eq(&it.tessellation, &elements.tessellation)) {
+                self.show_on(&others, solver, &atlas.charts)?;
+                elements = others;
+                self.shared.rests.store(false, Relaxed); // its field at their vertices is to be told
             }
             solver.set_unabsorbed(f32::from_bits(self.shared.unabsorbed.load(Relaxed)));
             let stage = *self.shared.stage.lock().unwrap_or_else(PoisonError::into_inner);
@@ -257,7 +272,7 @@ impl Work {
                 (shown, shown_stage) = (Instant::now(), stage);
             }
             if begins_to_rest {
-                let results = Box::new(at_vertices(solver)?);
+                let results = Box::new(self.at_vertices(solver, atlas, &elements)?);
                 // Told first, so that who sees that it rests finds the field.
                 self.send(LightmapEvent::Rests(summary(solver, busy), results));
                 self.shared.rests.store(true, Relaxed);
@@ -292,21 +307,16 @@ impl Work {
         Ok(())
     }
 
-    fn at_vertices(
-        &self,
-        solver: &GpuSolver,
-        atlas: &Atlas,
-        elements: &Elements,
-        places: &[Vec<(u32, Vec2)>],
-    ) -> Result<Results, String> {
+    fn at_vertices(&self, solver: &GpuSolver, atlas: &Atlas, elements: &Elements) -> Result<Results, String> {
+        let places = vertex_places(elements);
         let fields = solver.fields()?;
         let [direct, total] =
             [fields.direct, fields.total].map(|values| pages_of(&atlas.charts, &atlas.texels, &values));
         let at_vertices = |pages: &[Vec3]| places.iter().map(|around| mean_at(&atlas.charts, pages, around)).collect();
         let (at_direct, at_total): (Vec<Vec3>, Vec<Vec3>) = (at_vertices(&direct), at_vertices(&total));
         let indirect = at_total.iter().zip(&at_direct).map(|(all, direct)| (*all - *direct).max(Vec3::ZERO)).collect();
-        let begun = Results::begun(elements.clone(), self.input.input.clone());
-        Ok(Results { total: Arc::new(at_total), bounces: vec![Arc::new(at_direct), Arc::new(indirect)], ..begun })
+        let begun = Results::begun(elements.clone(), Arc::new(at_total), self.input.input.clone());
+        Ok(Results { bounces: vec![Arc::new(at_direct), Arc::new(indirect)], ..begun })
     }
 
     fn send(&self, event: LightmapEvent) {

@@ -83,9 +83,8 @@ impl Results {
         self.missing.iter().map(move |[seconds, missing]| [*seconds, missing.hypot(sampling)])
     }
 
-    /// A solve that has only begun: darkness.
-    pub fn begun(elements: Elements, input: SolveInput) -> Self {
-        let total = Arc::new(vec![Vec3::ZERO; elements.tessellation.mesh.positions.len()]);
+    /// A solve that has only begun.
+    pub fn begun(elements: Elements, total: Field, input: SolveInput) -> Self {
         Self {
             elements,
             input,
@@ -114,7 +113,7 @@ impl Results {
         };
         let bounces = solution.bounces.iter().cloned().map(Arc::new).collect();
         let buried = Some(Arc::new(solution.buried.clone()));
-        Self { total, bounces, buried, solution: Some(solution), ..Self::begun(elements, input) }
+        Self { bounces, buried, solution: Some(solution), ..Self::begun(elements, total, input) }
     }
 
     /// Takes in what a solve tells.
@@ -140,7 +139,7 @@ impl Results {
                 self.solution = Some(solution);
                 self.report = Some(report);
             }
-            SolveEvent::Started(_) | SolveEvent::Remark(_) | SolveEvent::Fault(_) | SolveEvent::Failed(_) => {}
+            SolveEvent::Elements(..) | SolveEvent::Remark(_) | SolveEvent::Fault(_) | SolveEvent::Failed(_) => {}
         }
     }
 

@@ -14,13 +14,12 @@ use glam::Vec3;
 
 use super::fill_unknown::fill_unknown;
 use crate::{
-    gpu::{ViewGeometry, coarse::Coarse},
+    gpu::ViewGeometry,
     math::ratio_or_zero,
     scene::{LoadOptions, Material, Scene, Tessellation, area_light::AreaLightState},
-    solver::adapt::Adapted,
     solver::{
-        Engine, Job, Message, Monitor, Problem, Progress, Solution, SolveReport, SolveSettings, energy::BouncePower,
-        faults::Fault, student_engine::HOLE_COLOUR,
+        Engine, Job, LiveField, Message, Monitor, Problem, Progress, Solution, SolveReport, SolveSettings, Solved,
+        energy::BouncePower, faults::Fault, student_engine::HOLE_COLOUR,
     },
     trace::Tracer,
 };
@@ -42,8 +41,6 @@ pub struct Elements {
     pub tessellation: Arc<Tessellation>,
     /// Its ray tracer.
     pub tracer: Arc<Tracer>,
-    /// What is known on elements that follow the light.
-    pub adapted: Option<Arc<Adapted>>,
     /// The elements, ready to be drawn.
     pub geometry: Arc<ViewGeometry>,
 }
@@ -58,7 +55,6 @@ impl Elements {
             load: self.load.clone(),
             light: input.light,
             settings: input.settings.clone(),
-            adapted: self.adapted.clone(),
         }
     }
 
@@ -67,11 +63,22 @@ impl Elements {
     /// # Errors
     /// One line, for settings out of range or elements without end.
     pub fn new(scene: Arc<Scene>, load: LoadOptions, settings: &SolveSettings) -> Result<Self, String> {
+        let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
+        Self::with_tracer(scene, tracer, load, settings)
+    }
+
+    fn with_tracer(
+        scene: Arc<Scene>,
+        tracer: Arc<Tracer>,
+        load: LoadOptions,
+        settings: &SolveSettings,
+    ) -> Result<Self, String> {
         if let Some(problem) = settings.problem() {
             return Err(problem);
         }
-        let tessellation = Tessellation::new(&scene, &settings.tessellation())?;
-        Self::of_tessellation(scene, load, tessellation)
+        let tessellation = Arc::new(Tessellation::new(&scene, &settings.tessellation())?);
+        let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
+        Ok(Self { scene, load, tessellation, tracer, geometry })
     }
 
     /// Builds the tree of a scene that is cut already.
@@ -81,7 +88,13 @@ impl Elements {
     pub fn of_tessellation(scene: Arc<Scene>, load: LoadOptions, tessellation: Tessellation) -> Result<Self, String> {
         let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
         let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
-        Ok(Self { scene, load, tessellation: Arc::new(tessellation), tracer, adapted: None, geometry })
+        Ok(Self { scene, load, tessellation: Arc::new(tessellation), tracer, geometry })
+    }
+
+    /// The same scene, cut otherwise.
+    fn cut_as(&self, tessellation: &Arc<Tessellation>) -> Result<Self, String> {
+        let geometry = Arc::new(ViewGeometry::new(&self.scene, tessellation)?);
+        Ok(Self { tessellation: Arc::clone(tessellation), geometry, ..self.clone() })
     }
 }
 
@@ -98,8 +111,8 @@ pub struct SolveInput {
 
 /// News from a solve, in order.
 pub enum SolveEvent {
-    /// The elements are made, and the job has begun.
-    Started(Elements),
+    /// The elements, at first and whenever they were cut, with the total irradiance as far as it is known, in W/m².
+    Elements(Elements, Arc<Vec<Vec3>>),
     /// How far it has come.
     Progress(Progress),
     /// A bounce is complete.
@@ -135,6 +148,9 @@ pub enum SolveEvent {
     Failed(String),
 }
 
+/// The total irradiance as far as it is known, in W/m², and the elements that it is on.
+type LiveView = (Arc<Tessellation>, Arc<Vec<Vec3>>);
+
 /// What the solve's thread and the window share.
 #[derive(Default)]
 struct Shared {
@@ -143,7 +159,7 @@ struct Shared {
     /// The wish to wait or to go on, until the job is told.
     wish: Mutex<Option<bool>>,
     stepping: AtomicBool,
-    live: Mutex<Option<Arc<Vec<Vec3>>>>,
+    live: Mutex<Option<LiveView>>,
     /// Time between two looks at the live field, in milliseconds.
     live_interval: AtomicU64,
 }
@@ -190,9 +206,10 @@ impl Solving {
         self.events.try_iter()
     }
 
-    /// The total irradiance as far as it is known, if there is a newer one than at the last call.
-    pub fn take_live(&self) -> Option<Arc<Vec<Vec3>>> {
-        self.shared.live.lock().unwrap_or_else(PoisonError::into_inner).take()
+    /// The total irradiance on these elements as far as it is known, if there is a newer one than at the last call.
+    pub fn take_live(&self, elements: &Elements) -> Option<Arc<Vec<Vec3>>> {
+        let live = self.shared.live.lock().unwrap_or_else(PoisonError::into_inner).take();
+        live.filter(|(tessellation, _)| Arc::ptr_eq(tessellation, &elements.tessellation)).map(|(_, field)| field)
     }
 
     /// Tells how long a frame takes to draw, in milliseconds, which decides how often the live field is looked at.
@@ -237,32 +254,18 @@ fn with_holes(mut field: Vec<Vec3>, holes: &[u32]) -> Vec<Vec3> {
     field
 }
 
-/// The elements that `input` asks for: `base`, which was made with the settings `made_with`, if it still serves.
-pub(super) fn elements_for(
-    base: &Elements,
-    made_with: &SolveSettings,
-    input: &SolveInput,
-    is_cancelled: &(dyn Fn() -> bool + Sync),
-) -> Result<Elements, String> {
-    let same_materials = base.scene.materials == *input.materials;
-    let follows_light = made_with.adaptive.is_some() || input.settings.adaptive.is_some();
-    if same_materials && !follows_light && made_with.tessellation() == input.settings.tessellation() {
-        return input.settings.problem().map_or_else(|| Ok(base.clone()), Err);
-    }
-    let scene = if same_materials {
-        Arc::clone(&base.scene)
-    } else {
-        Arc::new(Scene { materials: input.materials.to_vec(), ..Scene::clone(&base.scene) })
-    };
-    if input.settings.adaptive.is_none() {
+/// The elements that `input` asks for, or asks to begin with: `base`, which was made with the settings `made_with`, if
+/// it still serves.
+pub(super) fn elements_for(base: &Elements, made_with: &SolveSettings, input: &SolveInput) -> Result<Elements, String> {
+    if base.scene.materials != *input.materials {
+        let scene = Arc::new(Scene { materials: input.materials.to_vec(), ..Scene::clone(&base.scene) });
         return Elements::new(scene, base.load.clone(), &input.settings);
     }
-    let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
-    let (light, settings) = (input.light, input.settings.clone());
-    let problem = Problem::new(scene, tracer.clone(), base.load.clone(), light, settings, is_cancelled)?;
-    let Problem { scene, load, tessellation, adapted, .. } = problem;
-    let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
-    Ok(Elements { scene, load, tessellation, tracer, adapted, geometry })
+    let is_uncut = base.tessellation.cuts.is_empty();
+    if is_uncut && made_with.tessellation() == input.settings.tessellation() {
+        return input.settings.problem().map_or_else(|| Ok(base.clone()), Err);
+    }
+    Elements::with_tracer(Arc::clone(&base.scene), Arc::clone(&base.tracer), base.load.clone(), &input.settings)
 }
 
 /// What the thread works on.
@@ -277,47 +280,48 @@ struct Work {
 
 impl Work {
     fn run(self, wake: &impl Fn()) {
-        let is_cancelled = || self.shared.cancelled.load(Relaxed);
-        let job = elements_for(&self.base, &self.made_with, &self.input, &is_cancelled).and_then(|elements| {
+        let started = elements_for(&self.base, &self.made_with, &self.input).and_then(|elements| {
             let problem = elements.problem(&self.input);
-            let (tessellation, geometry) = (Arc::clone(&elements.tessellation), Arc::clone(&elements.geometry));
-            self.send(SolveEvent::Started(elements));
+            let darkness = vec![Vec3::ZERO; elements.tessellation.mesh.positions.len()];
+            self.send(SolveEvent::Elements(elements.clone(), Arc::new(darkness)));
             if let Some(remark) = problem.remark() {
                 self.send(SolveEvent::Remark(remark));
             }
             let job =
                 Job::start(problem, 0).map_err(|error| format!("the solver's threads could not be started: {error}"));
-            Ok((job?, tessellation, geometry))
+            Ok((job?, elements))
         });
-        match job {
-            Ok((job, tessellation, geometry)) => self.watch(job, &tessellation, &geometry, wake),
+        match started.and_then(|(job, elements)| self.watch(job, elements, wake)) {
+            Ok(finished) => self.send(finished),
             Err(problem) => self.send(SolveEvent::Failed(problem)),
         }
     }
 
-    fn watch(&self, job: Job, tessellation: &Tessellation, geometry: &ViewGeometry, wake: &impl Fn()) {
-        let started = self.started;
+    /// Passes on what the job tells, until it has ended.
+    fn watch(&self, job: Job, mut elements: Elements, wake: &impl Fn()) -> Result<SolveEvent, String> {
         let mut last_live = Instant::now();
         while !job.is_finished() {
             self.pass_on_wishes(job.monitor());
             if let Some(message) = job.next_message(Duration::from_millis(5)) {
-                self.forward(&job, tessellation, message, started);
+                self.forward(&job, &mut elements, message)?;
             }
             if last_live.elapsed() >= Duration::from_millis(self.shared.live_interval.load(Relaxed)) {
-                self.show_live(&job, &tessellation.mesh.triangles, geometry.coarse.as_ref());
+                let (tessellation, field) = self.live_view(&job, &elements);
+                *self.shared.live.lock().unwrap_or_else(PoisonError::into_inner) = Some((tessellation, field));
                 last_live = Instant::now();
                 wake();
             }
         }
-        job.messages().for_each(|message| self.forward(&job, tessellation, message, started));
-        let ended = job.finish().map(|(solution, report)| SolveEvent::Finished {
+        for message in job.messages() {
+            self.forward(&job, &mut elements, message)?;
+        }
+        let panicked = || String::from("the solver stopped by an error of its own; please report it");
+        let Solved { solution, report, .. } = job.finish().ok_or_else(panicked)?;
+        Ok(SolveEvent::Finished {
             total: Arc::new(with_holes(solution.total(), &report.holes)),
             solution: Arc::new(solution),
             report: Box::new(report),
-        });
-        let panicked =
-            || SolveEvent::Failed(String::from("the solver stopped by an error of its own; please report it"));
-        self.send(ended.unwrap_or_else(panicked));
+        })
     }
 
     fn pass_on_wishes(&self, monitor: &Monitor) {
@@ -333,29 +337,44 @@ impl Work {
         }
     }
 
-    fn show_live(&self, job: &Job, triangles: &[[u32; 3]], coarse: Option<&Coarse>) {
-        let known = job.monitor().known();
-        let mut field = job.monitor().live_field();
+    fn live_view(&self, job: &Job, elements: &Elements) -> LiveView {
+        let LiveField { tessellation, total: mut field, known } = job.monitor().live();
         // A student sees each vertex come in.
         if self.input.settings.engine == Engine::Reference {
-            fill_unknown(&mut field, known, triangles, coarse);
+            let is_drawn = Arc::ptr_eq(&tessellation, &elements.tessellation);
+            let coarse = elements.geometry.coarse.as_ref().filter(|_| is_drawn);
+            fill_unknown(&mut field, known, &tessellation.mesh.triangles, coarse);
         }
-        let field = Arc::new(field);
-        *self.shared.live.lock().unwrap_or_else(PoisonError::into_inner) = Some(field);
+        (tessellation, Arc::new(field))
     }
 
-    fn forward(&self, job: &Job, tessellation: &Tessellation, message: Message, started: Instant) {
+    fn forward(&self, job: &Job, elements: &mut Elements, message: Message) -> Result<(), String> {
         self.send(match message {
+            // Of elements that were cut further meanwhile the field is no longer known.
+            Message::Elements(tessellation) if !Arc::ptr_eq(&tessellation, &job.monitor().live().tessellation) => {
+                return Ok(());
+            }
+            Message::Elements(tessellation) => {
+                if !Arc::ptr_eq(&tessellation, &elements.tessellation) {
+                    *elements = elements.cut_as(&tessellation)?;
+                }
+                let (shown, field) = self.live_view(job, elements);
+                if !Arc::ptr_eq(&tessellation, &shown) {
+                    return Ok(());
+                }
+                SolveEvent::Elements(elements.clone(), field)
+            }
             Message::Progress(progress) => SolveEvent::Progress(progress),
             Message::SamplingError(errors) => SolveEvent::SamplingError {
-                relative: relative_error(tessellation, &errors, &job.monitor().live_field()),
+                relative: relative_error(&elements.tessellation, &errors, &job.monitor().live().total),
                 field: Arc::new(errors.iter().map(|error| Vec3::splat(*error)).collect()),
             },
             Message::Bounce { irradiance, power, .. } => {
-                SolveEvent::Bounce { irradiance, power, seconds: started.elapsed().as_secs_f64() }
+                SolveEvent::Bounce { irradiance, power, seconds: self.started.elapsed().as_secs_f64() }
             }
             Message::Fault(fault) => SolveEvent::Fault(fault),
         });
+        Ok(())
     }
 
     /// A window that no longer listens is no reason to stop: it has cancelled the solve, too.

@@ -66,6 +66,8 @@ fn solve_ui(ui: &mut Ui, status: &Status<'_>) {
         return;
     };
     let stage = match progress.stage {
+        Stage::FollowingDirect => String::from("following direct light"),
+        Stage::FollowingIndirect => String::from("following indirect light"),
         Stage::Tracing => String::from("tracing"),
         Stage::Bouncing => format!("bounce {}", progress.bounce),
     };

@@ -36,7 +36,6 @@ pub fn run(
         load: loaded.load.clone(),
         light,
         settings,
-        adapted: None,
     };
     let bounces: Vec<&[Vec3]> = solved.solution.bounces.iter().map(Vec::as_slice).collect();
     let before = if bounce == 0 { &[][..] } else { &bounces };

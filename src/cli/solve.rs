@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     scene::{Tessellation, area_light::AreaLightState},
-    solver::{Job, Message, Problem, Solution, SolutionInfo, SolveReport, SolveSettings, Stage},
+    solver::{self, Job, Message, Problem, Solution, SolutionInfo, SolveReport, SolveSettings, Stage},
     trace::Tracer,
 };
 
@@ -153,8 +153,7 @@ pub fn solve_with_progress(
         eprintln!("warning: nothing shines in this scene; place a light with --light-centre and the like, or --state");
     }
     let (scene, load) = (Arc::clone(&loaded.scene), loaded.load.clone());
-    let problem = Problem::new(scene, tracer.clone(), load, light, settings, &|| false).map_err(anyhow::Error::msg)?;
-    let tessellation = Arc::clone(&problem.tessellation);
+    let problem = Problem::new(scene, tracer.clone(), load, light, settings).map_err(anyhow::Error::msg)?;
     let build_seconds = started.elapsed().as_secs_f64();
     if let Some(remark) = problem.remark() {
         eprintln!("warning: {remark}");
@@ -168,9 +167,9 @@ pub fn solve_with_progress(
         }
     }
     job.messages().for_each(|message| show(&message, &mut progress));
-    let (solution, report) = job.finish().context("the solver stopped by an error of its own; please report it")?;
+    let solved = job.finish().context("the solver stopped by an error of its own; please report it")?;
+    let solver::Solved { solution, report, tessellation } = solved;
     progress.finish(if solution.info.complete { "done" } else { "cancelled: what was computed is kept" });
-    let build_seconds = build_seconds - report.seconds_adapting;
     Ok(Solved { tracer, tessellation, solution, report, build_seconds })
 }
 
@@ -191,6 +190,8 @@ fn show(message: &Message, progress: &mut Progress) {
     match message {
         Message::Progress(state) => {
             let stage = match state.stage {
+                Stage::FollowingDirect => String::from("following direct light"),
+                Stage::FollowingIndirect => String::from("following indirect light"),
                 Stage::Tracing => String::from("tracing"),
                 Stage::Bouncing => format!("bounce {}", state.bounce),
             };
@@ -207,7 +208,7 @@ fn show(message: &Message, progress: &mut Progress) {
             progress.line(&format!("bounce {index:2}: {red:.4} {green:.4} {blue:.4} W arriving"));
         }
         Message::Fault(fault) => progress.line(&format!("src/student: {fault}")),
-        Message::SamplingError(_) => {}
+        Message::Elements(_) | Message::SamplingError(_) => {}
     }
 }
 

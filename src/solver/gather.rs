@@ -54,19 +54,20 @@ pub(super) fn solve(problem: &Problem, monitor: &Monitor, lights: Lights, report
     enter_traced(&traced, report);
     let buried: Vec<bool> = traced.iter().flat_map(|chunk| chunk.buried.iter().copied()).collect();
     let mut direct: Vec<Vec3> = traced.iter().flat_map(|chunk| chunk.direct.iter().copied()).collect();
-    fill(problem, monitor, &solve.origins, &mut direct, &buried);
+    fill(&problem.tessellation, monitor, &solve.origins, &mut direct, &buried);
     let direct_errors: Vec<Vec3> = traced.iter().flat_map(|chunk| chunk.direct_errors.iter().copied()).collect();
     let rows: Vec<RowChunk> = traced.into_iter().map(|chunk| chunk.rows).collect();
-    let bounces = bounce_on(problem, monitor, &solve.lights, direct, report, |bounces, report| {
-        let mut next = solve.next_bounce(&bounces[bounces.len() - 1], &rows, report);
-        fill(problem, monitor, &solve.origins, &mut next, &buried);
-        next
-    });
+    let bounces =
+        bounce_on(problem, &problem.tessellation, monitor, &solve.lights, direct, report, |bounces, report| {
+            let mut next = solve.next_bounce(&bounces[bounces.len() - 1], &rows, report);
+            fill(&problem.tessellation, monitor, &solve.origins, &mut next, &buried);
+            next
+        });
     if monitor.is_watched() && !monitor.is_cancelled() {
         monitor.announce_sampling_error(solve.sampling_error(&bounces, &rows, direct_errors));
     }
     report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
-    Computed { bounces, buried }
+    Computed { bounces, buried, tessellation: Arc::clone(&problem.tessellation) }
 }
 
 impl Solve<'_> {

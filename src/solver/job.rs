@@ -7,22 +7,21 @@ use std::{
 
 use super::{
     monitor::{Message, Monitor},
-    solution::Solution,
-    solve::{Problem, SolveReport, solve},
+    solve::{Problem, Solved, solve},
 };
 
 /// A running solve. Dropping it cancels the solve and waits for its thread.
 pub struct Job {
     monitor: Arc<Monitor>,
     messages: mpsc::Receiver<Message>,
-    thread: Option<JoinHandle<(Solution, SolveReport)>>,
+    thread: Option<JoinHandle<Solved>>,
 }
 
 impl Job {
     /// Starts solving on `threads` threads (all cores if 0). Fails if the threads cannot be made.
     pub fn start(problem: Problem, threads: usize) -> std::io::Result<Self> {
         let (sender, messages) = mpsc::channel();
-        let monitor = Arc::new(Monitor::new(problem.tessellation.mesh.positions.len(), Some(sender)));
+        let monitor = Arc::new(Monitor::new(&problem.tessellation, Some(sender)));
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|index| format!("solver {index}"))
@@ -56,7 +55,7 @@ impl Job {
     }
 
     /// Waits for the end. `None` if the solver panicked (in a ray tracer from outside, say).
-    pub fn finish(mut self) -> Option<(Solution, SolveReport)> {
+    pub fn finish(mut self) -> Option<Solved> {
         self.thread.take()?.join().ok()
     }
 }

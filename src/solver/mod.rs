@@ -1,21 +1,13 @@
 //! The solver: settings in, a solution out, as a job that can be watched.
 
 #[cfg(feature = "reference")]
-pub mod adapt;
-/// Elements that follow the light are the program's own engine's: this build has none.
-#[cfg(not(feature = "reference"))]
-pub mod adapt {
-    /// Nothing.
-    pub enum Adapted {}
-}
+mod adapt;
 mod buried;
 pub mod energy;
 pub mod faults;
 pub mod form_factors;
 #[cfg(feature = "reference")]
 mod gather;
-#[cfg(feature = "reference")]
-mod gather_adapted;
 pub mod job;
 pub mod lightmap_solution;
 pub mod monitor;
@@ -30,9 +22,9 @@ pub mod student_engine;
 
 pub use job::Job;
 pub use lightmap_solution::LightmapSolution;
-pub use monitor::{Message, Monitor, Progress, Stage};
+pub use monitor::{LiveField, Message, Monitor, Progress, Stage};
 pub use reconstruct::{PointIrradiance, Reconstruction, Reconstructor};
 pub use settings::{Engine, SolveSettings};
 pub use solution::{Solution, SolutionInfo};
-pub use solve::{Problem, SolveReport, solve, solve_with};
+pub use solve::{Problem, SolveReport, Solved, solve, solve_with};
 pub use state::State;

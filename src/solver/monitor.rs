@@ -2,7 +2,7 @@
 
 use std::{
     sync::{
-        Arc, Condvar, Mutex, PoisonError,
+        Arc, Condvar, Mutex, PoisonError, RwLock,
         atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed},
         mpsc::Sender,
     },
@@ -12,10 +12,15 @@ use std::{
 use glam::Vec3;
 
 use super::{energy::BouncePower, faults::Fault};
+use crate::scene::Tessellation;
 
 /// What a solve is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
+    /// Cutting elements where direct light bends.
+    FollowingDirect,
+    /// Tracing gather rays, and cutting elements where indirect light bends.
+    FollowingIndirect,
     /// Tracing gather rays, and direct light.
     Tracing,
     /// Summing bounces.
@@ -44,6 +49,8 @@ pub struct Progress {
 /// News from a solve, in order.
 #[derive(Clone, Debug)]
 pub enum Message {
+    /// The elements were cut: the live field and all bounces are from now on those of their vertices.
+    Elements(Arc<Tessellation>),
     /// Sent some twenty times a second.
     Progress(Progress),
     /// A bounce is complete.
@@ -81,8 +88,26 @@ pub struct Monitor {
     stage: Mutex<StageState>,
     work_done: AtomicU64,
     rays: AtomicU64,
+    live: RwLock<Live>,
+}
+
+/// The live field on the elements that are shown.
+#[derive(Debug)]
+struct Live {
+    tessellation: Arc<Tessellation>,
     /// Three values a vertex: the total irradiance as far as it is known, as the bits of an f32.
-    live: Vec<AtomicU32>,
+    total: Vec<AtomicU32>,
+}
+
+/// The field as far as it is known at some moment.
+#[derive(Clone, Debug)]
+pub struct LiveField {
+    /// The elements.
+    pub tessellation: Arc<Tessellation>,
+    /// The total irradiance [W/m²] at each vertex; 0 where it is not known yet.
+    pub total: Vec<Vec3>,
+    /// Which vertices have a value by now.
+    pub known: Vec<bool>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -95,8 +120,8 @@ struct StageState {
 }
 
 impl Monitor {
-    /// For a solve of `vertex_count` vertices; messages go to `sender`, if there is one.
-    pub fn new(vertex_count: usize, sender: Option<Sender<Message>>) -> Self {
+    /// For a solve that starts on these elements; messages go to `sender`, if there is one.
+    pub fn new(tessellation: &Arc<Tessellation>, sender: Option<Sender<Message>>) -> Self {
         let now = Instant::now();
         let stage = StageState { stage: Stage::Tracing, bounce: 0, work: 1, started: now, unabsorbed: 1.0 };
         Self {
@@ -111,7 +136,7 @@ impl Monitor {
             stage: Mutex::new(stage),
             work_done: AtomicU64::new(0),
             rays: AtomicU64::new(0),
-            live: (0..3 * vertex_count).map(|_| AtomicU32::new(UNKNOWN)).collect(),
+            live: RwLock::new(Live::unknown(tessellation)),
         }
     }
 
@@ -147,14 +172,15 @@ impl Monitor {
         self.stepping.store(stepping, Relaxed);
     }
 
-    /// Which vertices have a value by now.
-    pub fn known(&self) -> Vec<bool> {
-        self.live.chunks_exact(3).map(|bits| bits[0].load(Relaxed) != UNKNOWN).collect()
-    }
-
-    /// The total irradiance [W/m²] at each vertex as far as it is known now.
-    pub fn live_field(&self) -> Vec<Vec3> {
-        self.live.chunks_exact(3).map(|bits| Vec3::from_array([0, 1, 2].map(|band| load(&bits[band])))).collect()
+    /// The field as far as it is known now.
+    pub fn live(&self) -> LiveField {
+        let live = self.live.read().unwrap_or_else(PoisonError::into_inner);
+        let value = |bits: &[AtomicU32]| Vec3::from_array([0, 1, 2].map(|band| load(&bits[band])));
+        LiveField {
+            tessellation: Arc::clone(&live.tessellation),
+            total: live.total.chunks_exact(3).map(value).collect(),
+            known: live.total.chunks_exact(3).map(|bits| bits[0].load(Relaxed) != UNKNOWN).collect(),
+        }
     }
 
     /// Waits while the solve is paused.
@@ -179,6 +205,12 @@ impl Monitor {
         let state = StageState { stage, bounce, work: work.max(1), started: Instant::now(), unabsorbed };
         *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = state;
         self.work_done.store(0, Relaxed);
+    }
+
+    /// Corrects the work of the present stage, as far as it can be told by now.
+    #[cfg(feature = "reference")]
+    pub(super) fn expect_work(&self, work: u64) {
+        self.stage.lock().unwrap_or_else(PoisonError::into_inner).work = work.max(1);
     }
 
     /// Adds to the work done and to the rays traced, and sends a progress message if one is due.
@@ -237,11 +269,44 @@ impl Monitor {
         }
     }
 
-    /// Adds a bounce's irradiance at a vertex to the live field. Only one thread at a time writes a vertex.
+    /// Shows other elements from now on, of whose first vertices the field is known.
+    #[cfg(feature = "reference")]
+    pub(super) fn show_elements(&self, tessellation: &Arc<Tessellation>, known: &[Vec3]) {
+        let live = Live::unknown(tessellation);
+        live.set(known);
+        *self.live.write().unwrap_or_else(PoisonError::into_inner) = live;
+        if let Some(sender) = &self.sender {
+            let _ = sender.send(Message::Elements(Arc::clone(tessellation)));
+        }
+    }
+
+    /// Shows this total irradiance at the vertices.
+    #[cfg(feature = "reference")]
+    pub(super) fn set_live(&self, total: &[Vec3]) {
+        self.live.read().unwrap_or_else(PoisonError::into_inner).set(total);
+    }
+
+    /// Adds a bounce's irradiance at a vertex to the live field. Only one thread at a time writes a vertex. One that
+    /// the elements that are shown have not is left out.
     pub(super) fn add_live(&self, vertex: usize, irradiance: Vec3) {
-        for (band, value) in irradiance.to_array().into_iter().enumerate() {
-            let slot = &self.live[3 * vertex + band];
-            slot.store((load(slot) + value).to_bits(), Relaxed);
+        let live = self.live.read().unwrap_or_else(PoisonError::into_inner);
+        let slots = live.total.get(3 * vertex..).unwrap_or_default();
+        for (slot, band) in slots.iter().zip(irradiance.to_array()) {
+            slot.store((load(slot) + band).to_bits(), Relaxed);
+        }
+    }
+}
+
+impl Live {
+    fn unknown(tessellation: &Arc<Tessellation>) -> Self {
+        let count = 3 * tessellation.mesh.positions.len();
+        Self { tessellation: Arc::clone(tessellation), total: (0..count).map(|_| AtomicU32::new(UNKNOWN)).collect() }
+    }
+
+    #[cfg(feature = "reference")]
+    fn set(&self, known: &[Vec3]) {
+        for (slot, band) in self.total.iter().zip(known.iter().flat_map(Vec3::to_array)) {
+            slot.store(band.to_bits(), Relaxed);
         }
     }
 }

@@ -51,7 +51,7 @@ pub struct VertexRays {
 
 /// Calls the functions for one vertex. `bounces` are the bounces before the one that is wanted: none for direct light.
 pub fn rays_of_vertex(problem: &Problem, functions: &Functions, bounces: &[&[Vec3]], vertex: u32) -> VertexRays {
-    let monitor = Monitor::new(0, None);
+    let monitor = Monitor::new(&problem.tessellation, None);
     let light = problem.light.map(|light| light.to_local(&problem.scene.frame));
     let lights = Lights::new(&problem.scene, light);
     let solve = StudentSolve::new(problem, functions, &monitor, &lights);

@@ -98,7 +98,7 @@ impl<'a> Reconstructor<'a> {
     #[cfg(feature = "reference")]
     pub fn direct_at(&self, point: &SurfacePoint, scratch: &mut Scratch) -> Vec3 {
         let context = point_context(self.scene, self.tracer, &self.lights, &self.solution.info.settings);
-        context.irradiance_at(point, scratch, &mut ShadowRays::default())
+        context.irradiance_at(point, scratch, &mut ShadowRays::default()).0
     }
 }
 

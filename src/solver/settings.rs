@@ -84,8 +84,11 @@ impl Default for SolveSettings {
 }
 
 impl SolveSettings {
-    /// The part that decides the elements.
+    /// The part that decides the elements; of those that follow the light, the ones to begin with.
     pub fn tessellation(&self) -> TessellationOptions {
+        if self.adaptive.is_some() {
+            return TessellationOptions { subdivide: 0, max_edge: None };
+        }
         TessellationOptions { subdivide: self.subdivide, max_edge: self.max_edge }
     }
 

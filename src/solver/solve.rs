@@ -5,8 +5,9 @@ use std::{sync::Arc, time::Instant};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+#[cfg(feature = "reference")]
+use super::{adapt, gather};
 use super::{
-    adapt::Adapted,
     buried::fill_buried,
     energy::{Ledger, VertexWeights},
     faults::Fault,
@@ -15,8 +16,6 @@ use super::{
     solution::{Solution, SolutionInfo},
     student_engine,
 };
-#[cfg(feature = "reference")]
-use super::{adapt::adapt, gather, gather_adapted};
 use crate::{
     scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState},
     student::{FUNCTIONS, Functions},
@@ -31,7 +30,7 @@ pub struct Problem {
     pub scene: Arc<Scene>,
     /// Its ray tracer.
     pub tracer: Arc<dyn RayTracer>,
-    /// Its elements.
+    /// Its elements; of those that follow the light, the ones to begin with.
     pub tessellation: Arc<Tessellation>,
     /// How the scene was read: kept with the solution, so that it can be read so again.
     pub load: LoadOptions,
@@ -39,36 +38,25 @@ pub struct Problem {
     pub light: Option<AreaLightState>,
     /// The settings.
     pub settings: SolveSettings,
-    /// What is known already on elements that follow the light.
-    pub adapted: Option<Arc<Adapted>>,
 }
 
 impl Problem {
-    /// Cuts a scene as the settings ask for, and follows the light if they do.
+    /// Cuts a scene as the settings ask for. Elements that follow the light are cut further by the solve.
     ///
     /// # Errors
-    /// One line: settings out of range, too many elements, or cancelled.
+    /// One line: settings out of range, or too many elements.
     pub fn new(
         scene: Arc<Scene>,
         tracer: Arc<dyn RayTracer>,
         load: LoadOptions,
         light: Option<AreaLightState>,
         settings: SolveSettings,
-        is_cancelled: &(dyn Fn() -> bool + Sync),
     ) -> Result<Self, String> {
         if let Some(problem) = settings.problem() {
             return Err(problem);
         }
-        #[cfg(feature = "reference")]
-        if let Some(error) = settings.adaptive {
-            let adapted = Arc::new(adapt(&scene, &*tracer, light, &settings, error, is_cancelled)?);
-            let tessellation = Arc::clone(&adapted.tessellation);
-            return Ok(Self { scene, tracer, tessellation, load, light, settings, adapted: Some(adapted) });
-        }
-        #[cfg(not(feature = "reference"))]
-        let _ = is_cancelled;
         let tessellation = Arc::new(Tessellation::new(&scene, &settings.tessellation())?);
-        Ok(Self { scene, tracer, tessellation, load, light, settings, adapted: None })
+        Ok(Self { scene, tracer, tessellation, load, light, settings })
     }
 }
 
@@ -122,6 +110,17 @@ pub struct SolveReport {
     pub holes: Vec<u32>,
 }
 
+/// What a solve brings home.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// The solution, whole or as far as it came.
+    pub solution: Solution,
+    /// What was done for it.
+    pub report: SolveReport,
+    /// The elements that carry it.
+    pub tessellation: Arc<Tessellation>,
+}
+
 /// Without a bounce limit, no more than this many.
 const MOST_BOUNCES: u32 = 1000;
 
@@ -131,15 +130,17 @@ pub(super) struct Computed {
     pub(super) bounces: Vec<Arc<Vec<Vec3>>>,
     /// The vertices that see mostly back faces.
     pub(super) buried: Vec<bool>,
+    /// The elements that carry the bounces.
+    pub(super) tessellation: Arc<Tessellation>,
 }
 
 /// Solves. A cancelled solve returns what it has, with [`SolutionInfo::complete`] false.
-pub fn solve(problem: &Problem, monitor: &Monitor) -> (Solution, SolveReport) {
+pub fn solve(problem: &Problem, monitor: &Monitor) -> Solved {
     solve_with(problem, &FUNCTIONS, monitor)
 }
 
 /// Solves; [`Engine::Student`] takes these functions.
-pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -> (Solution, SolveReport) {
+pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -> Solved {
     let started = Instant::now();
     let scene = &problem.scene;
     let mut lights = Lights::new(scene, problem.light.map(|light| light.to_local(&scene.frame)));
@@ -149,22 +150,25 @@ pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -
     let emitted = lights.emitted_power(scene).as_dvec3() * scene.frame.square_metres_per_unit();
     let mut report = SolveReport::new(Ledger::new(emitted));
     let computed = own_engine(problem, monitor, &lights, &mut report);
-    let Computed { bounces, buried } =
+    let Computed { bounces, buried, tessellation } =
         computed.unwrap_or_else(|| student_engine::solve(problem, functions, monitor, &lights, &mut report));
     report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
     report.unabsorbed = report.energy.unabsorbed();
-    report.seconds = report.seconds_adapting + started.elapsed().as_secs_f64();
+    report.seconds = started.elapsed().as_secs_f64();
     let bounces = bounces.into_iter().map(Arc::unwrap_or_clone).collect();
-    (Solution { info: info(problem, monitor), bounces, buried, cuts: problem.tessellation.cuts.clone() }, report)
+    let info = info(problem, &tessellation, monitor);
+    Solved { solution: Solution { info, bounces, buried, cuts: tessellation.cuts.clone() }, report, tessellation }
 }
 
 /// What the program's own engine computes, if it is the one that is wanted.
 #[cfg(feature = "reference")]
 fn own_engine(problem: &Problem, monitor: &Monitor, lights: &Lights, report: &mut SolveReport) -> Option<Computed> {
-    match (problem.settings.engine, &problem.adapted) {
-        (Engine::Student, _) => None,
-        (Engine::Reference, Some(adapted)) => Some(gather_adapted::solve(problem, adapted, monitor, lights, report)),
-        (Engine::Reference, None) => Some(gather::solve(problem, monitor, lights.clone(), report)),
+    match problem.settings.engine {
+        Engine::Student => None,
+        Engine::Reference if problem.settings.adaptive.is_some() => {
+            Some(adapt::solve(problem, monitor, lights, report))
+        }
+        Engine::Reference => Some(gather::solve(problem, monitor, lights.clone(), report)),
     }
 }
 
@@ -176,14 +180,15 @@ fn own_engine(_: &Problem, _: &Monitor, _: &Lights, _: &mut SolveReport) -> Opti
 /// The bounces from direct light on, until the settings' limit or the stop rule. `next_bounce` gets the bounces so far.
 pub(super) fn bounce_on(
     problem: &Problem,
+    tessellation: &Tessellation,
     monitor: &Monitor,
     lights: &Lights,
     direct: Vec<Vec3>,
     report: &mut SolveReport,
     mut next_bounce: impl FnMut(&[Arc<Vec<Vec3>>], &mut SolveReport) -> Vec<Vec3>,
 ) -> Vec<Arc<Vec<Vec3>>> {
-    let weights = VertexWeights::new(&problem.scene, &problem.tessellation);
-    let work = problem.tessellation.mesh.positions.len() as u64;
+    let weights = VertexWeights::new(&problem.scene, tessellation);
+    let work = tessellation.mesh.positions.len() as u64;
     let mut bounces = vec![Arc::new(direct)];
     loop {
         let index = bounces.len() as u32 - 1;
@@ -210,18 +215,24 @@ pub(super) fn bounce_on(
 }
 
 /// Gives buried vertices their neighbours' values, in the field and on the screen.
-pub(super) fn fill(problem: &Problem, monitor: &Monitor, origins: &VertexOrigins, field: &mut [Vec3], buried: &[bool]) {
-    for (vertex, value) in fill_buried(&problem.tessellation.mesh, origins, field, buried) {
+pub(super) fn fill(
+    tessellation: &Tessellation,
+    monitor: &Monitor,
+    origins: &VertexOrigins,
+    field: &mut [Vec3],
+    buried: &[bool],
+) {
+    for (vertex, value) in fill_buried(&tessellation.mesh, origins, field, buried) {
         field[vertex] = value;
         monitor.add_live(vertex, value);
     }
 }
 
-fn info(problem: &Problem, monitor: &Monitor) -> SolutionInfo {
+fn info(problem: &Problem, tessellation: &Tessellation, monitor: &Monitor) -> SolutionInfo {
     SolutionInfo {
         scene_name: problem.scene.name.clone(),
         scene_hash: problem.scene.hash(),
-        tessellation_hash: problem.tessellation.hash(),
+        tessellation_hash: tessellation.hash(),
         load: problem.load.clone(),
         settings: problem.settings.clone(),
         light: problem.light,

@@ -6,7 +6,7 @@
 
 use std::{
     sync::{
-        Mutex, PoisonError,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicU64, Ordering::Relaxed},
     },
     time::{Duration, Instant},
@@ -113,19 +113,19 @@ pub(super) fn solve(
     let started = Instant::now();
     let mut direct = solve.run(&Pass { pace: solve.pace(), ..direct_pass() }, &usable, &mut holes, report);
     report.direct_thread_seconds = started.elapsed().as_secs_f64() * rayon::current_num_threads() as f64;
-    fill(problem, monitor, &solve.origins, &mut direct, &buried);
+    fill(&problem.tessellation, monitor, &solve.origins, &mut direct, &buried);
     let bounces_started = Instant::now();
-    let bounces = bounce_on(problem, monitor, lights, direct, report, |bounces, report| {
+    let bounces = bounce_on(problem, &problem.tessellation, monitor, lights, direct, report, |bounces, report| {
         let fields: Vec<&[Vec3]> = bounces.iter().map(|bounce| bounce.as_slice()).collect();
         let mut next = indirect_pass(&fields, |pass| solve.run(pass, &usable, &mut holes, report));
-        fill(problem, monitor, &solve.origins, &mut next, &buried);
+        fill(&problem.tessellation, monitor, &solve.origins, &mut next, &buried);
         next
     });
     report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
     report.gather_thread_seconds = report.bounce_seconds * rayon::current_num_threads() as f64;
     report.faults = solve.faults.into_inner().unwrap_or_else(PoisonError::into_inner);
     report.holes = (0..).zip(&holes).filter_map(|(vertex, is_hole)| is_hole.then_some(vertex)).collect();
-    Computed { bounces, buried }
+    Computed { bounces, buried, tessellation: Arc::clone(&problem.tessellation) }
 }
 
 /// Direct light.

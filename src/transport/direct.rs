@@ -86,11 +86,11 @@ impl DirectContext<'_> {
         (irradiance, squared_error(receiver.blocks))
     }
 
-    /// Direct irradiance [W/m²] at a single point, without the help of gather rays.
-    pub fn irradiance_at(&self, point: &SurfacePoint, scratch: &mut Scratch, rays: &mut ShadowRays) -> Vec3 {
+    /// Direct irradiance [W/m²] at a single point, without the gather rays' share, and its squared standard error.
+    pub fn irradiance_at(&self, point: &SurfacePoint, scratch: &mut Scratch, rays: &mut ShadowRays) -> (Vec3, Vec3) {
         let bits = point.origin.to_array().map(f32::to_bits);
         let key = bits.into_iter().fold(0_u32, |key, word| key.rotate_left(11).wrapping_mul(0x9e37_79b1) ^ word);
-        self.irradiance(key, std::slice::from_ref(point), &[], scratch, rays).0
+        self.irradiance(key, std::slice::from_ref(point), &[], scratch, rays)
     }
 
     fn area_light_irradiance(&self, receiver: &mut Receiver, scratch: &mut Scratch, rays: &mut ShadowRays) -> Vec3 {

@@ -13,7 +13,7 @@ use std::{
 
 use radiosity::{
     scene::{LoadOptions, Scene, area_light::AreaLightState, load},
-    solver::{Monitor, Problem, Solution, SolveReport, SolveSettings, solve},
+    solver::{Monitor, Problem, Solution, SolveReport, SolveSettings, Solved, solve},
     trace::Tracer,
 };
 
@@ -38,13 +38,19 @@ pub(crate) fn own_scene(name: &str, options: &LoadOptions) -> Arc<Scene> {
 /// A problem ready to be solved.
 pub(crate) fn problem(scene: &Arc<Scene>, light: Option<AreaLightState>, settings: SolveSettings) -> Problem {
     let tracer = Arc::new(Tracer::new(Arc::clone(scene)));
-    Problem::new(Arc::clone(scene), tracer, LoadOptions::default(), light, settings, &|| false)
+    Problem::new(Arc::clone(scene), tracer, LoadOptions::default(), light, settings)
         .unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Solves without watching.
 pub(crate) fn solve_unwatched(problem: &Problem) -> (Solution, SolveReport) {
-    solve(problem, &Monitor::new(problem.tessellation.mesh.positions.len(), None))
+    let Solved { solution, report, .. } = solve_with_elements(problem);
+    (solution, report)
+}
+
+/// Solves without watching; for elements that follow the light, which the solve makes.
+pub(crate) fn solve_with_elements(problem: &Problem) -> Solved {
+    solve(problem, &Monitor::new(&problem.tessellation, None))
 }
 
 /// The light of the Cornell box, as its state has it.

@@ -14,7 +14,7 @@ use super::{
 use crate::{
     math::sequence::Sampler,
     scene::{LoadOptions, area_light::AreaLightState},
-    solver::{Engine, Monitor, Problem as SolverProblem, SolveSettings, solve_with},
+    solver::{Engine, Monitor, Problem as SolverProblem, SolveSettings, Solved, solve_with},
     student::Functions,
     trace::Tracer,
 };
@@ -104,10 +104,8 @@ fn furnace(trial: &Trial) -> Check {
         load: LoadOptions::default(),
         light: Some(AreaLightState::default()),
         settings,
-        adapted: None,
     };
-    let vertices = problem.tessellation.mesh.positions.len();
-    let (solution, _) = solve_with(&problem, &functions, &Monitor::new(vertices, None));
+    let Solved { solution, .. } = solve_with(&problem, &functions, &Monitor::new(&problem.tessellation, None));
     let reflectance = problem.scene.materials[0].reflectance;
     for (bounce, field) in solution.bounces.iter().enumerate() {
         let expected = reflectance.powf(bounce as f32);

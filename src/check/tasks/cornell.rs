@@ -142,8 +142,6 @@ fn solved(trial: &Trial) -> Solution {
         load: LoadOptions::default(),
         light: *light,
         settings,
-        adapted: None,
     };
-    let vertices = problem.tessellation.mesh.positions.len();
-    solve_with(&problem, &with_given_points(trial), &Monitor::new(vertices, None)).0
+    solve_with(&problem, &with_given_points(trial), &Monitor::new(&problem.tessellation, None)).solution
 }

@@ -74,12 +74,12 @@ impl Tessellation {
         Ok(tessellation)
     }
 
-    /// Cuts a scene's triangles as the options say, and then as [`Refinement`] did when it left these `cuts`.
+    /// Cuts a scene's triangles as the options say, or, if there are `cuts`, as [`Refinement`] did when it left them.
     ///
     /// # Errors
     /// As [`Tessellation::new`], and if the cuts are not of this scene.
     pub fn with_cuts(scene: &Scene, options: &TessellationOptions, cuts: &[u32]) -> Result<Self, String> {
-        if cuts.is_empty() { Self::new(scene, options) } else { Refinement::replay(scene, options, cuts) }
+        if cuts.is_empty() { Self::new(scene, options) } else { Refinement::replay(scene, cuts) }
     }
 
     /// Without the way down to the elements.

@@ -3,16 +3,15 @@
 use glam::Vec2;
 
 use super::{
-    Tessellation, TessellationOptions, Vertices,
+    MAX_ELEMENTS, Tessellation, Vertices,
     bisect::{self, Cutter},
-    check_count, uniform,
+    uniform,
 };
 use crate::scene::Scene;
 
 /// Elements that can still be cut, by longest-edge bisection and without T-junctions. Vertices and nodes keep their
 /// numbers from round to round; elements do not.
 pub struct Refinement {
-    options: TessellationOptions,
     vertices: Vertices,
     cutter: Cutter,
     /// For each round the number of elements asked for, and those elements.
@@ -20,32 +19,28 @@ pub struct Refinement {
 }
 
 impl Refinement {
-    /// Starts from a scene cut as the options say; `max_edge` is left out: the refinement takes its place.
-    ///
-    /// # Errors
-    /// One line, if there would be too many elements.
-    pub fn new(scene: &Scene, options: &TessellationOptions) -> Result<Self, String> {
-        let mut vertices = Vertices::of(&scene.mesh);
-        let elements = uniform::subdivide(&scene.mesh, &mut vertices, options.subdivide)?;
-        let mut cutter = Cutter::new(elements, &vertices);
+    /// Starts from a scene's own triangles.
+    pub fn new(scene: &Scene) -> Self {
+        let vertices = Vertices::of(&scene.mesh);
+        let mut cutter = Cutter::new(uniform::whole(&scene.mesh), &vertices);
         cutter.name_leaves();
-        Ok(Self { options: *options, vertices, cutter, cuts: Vec::new() })
+        Self { vertices, cutter, cuts: Vec::new() }
     }
 
-    /// Cuts each of these elements at its longest edge, and around them what must be cut with them.
-    ///
-    /// # Errors
-    /// One line, if there would be too many elements; nothing is cut then.
-    pub fn cut(&mut self, elements: &[u32]) -> Result<(), String> {
+    /// Cuts each of these elements at its longest edge, and around them what must be cut with them. False, and nothing
+    /// is cut, if there would be more than [`MAX_ELEMENTS`].
+    pub fn cut(&mut self, elements: &[u32]) -> bool {
         if !self.cutter.mark_items(elements) {
-            return Ok(());
+            return true;
         }
-        check_count(self.cutter.count_after_cut()).map_err(|problem| format!("the refinement {problem}"))?;
+        if self.cutter.count_after_cut() > MAX_ELEMENTS {
+            return false;
+        }
         self.cuts.push(elements.len() as u32);
         self.cuts.extend(elements);
         self.cutter.cut(&mut self.vertices);
         self.cutter.name_leaves();
-        Ok(())
+        true
     }
 
     /// How many elements there would be after [`Refinement::cut`].
@@ -59,7 +54,6 @@ impl Refinement {
         let elements = self.cutter.items.iter().map(|item| item.element);
         let mut tessellation = Tessellation::of_elements(scene, &self.vertices, elements);
         tessellation.cuts.clone_from(&self.cuts);
-        tessellation.subdivide = self.options.subdivide;
         tessellation.nodes.clone_from(&self.cutter.nodes);
         tessellation
     }
@@ -92,16 +86,18 @@ impl Refinement {
     }
 
     /// Cuts as another refinement did.
-    pub(super) fn replay(scene: &Scene, options: &TessellationOptions, cuts: &[u32]) -> Result<Tessellation, String> {
+    pub(super) fn replay(scene: &Scene, cuts: &[u32]) -> Result<Tessellation, String> {
         let other = || String::from("the elements were cut from another scene");
-        let mut refinement = Self::new(scene, options)?;
+        let mut refinement = Self::new(scene);
         let mut rest = cuts;
         while let Some((&count, after)) = rest.split_first() {
             let (elements, after) = after.split_at_checked(count as usize).ok_or_else(other)?;
             if count == 0 || elements.iter().any(|&element| element as usize >= refinement.cutter.items.len()) {
                 return Err(other());
             }
-            refinement.cut(elements)?;
+            if !refinement.cut(elements) {
+                return Err(other());
+            }
             rest = after;
         }
         Ok(refinement.tessellation(scene))

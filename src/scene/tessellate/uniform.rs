@@ -9,18 +9,23 @@ use crate::scene::Mesh;
 pub(super) fn subdivide(mesh: &Mesh, vertices: &mut Vertices, levels: u32) -> Result<Vec<Element>, String> {
     let count = 4_u64.checked_pow(levels).and_then(|parts| parts.checked_mul(mesh.triangles.len() as u64));
     check_count(count.unwrap_or(u64::MAX)).map_err(|problem| format!("subdivide {levels} {problem}"))?;
-    let whole = |(index, &vertices): (usize, &[u32; 3])| Element {
-        vertices,
-        scene_triangle: index as u32,
-        barycentrics: [Vec2::ZERO, Vec2::X, Vec2::Y],
-    };
-    let mut elements: Vec<Element> = mesh.triangles.iter().enumerate().map(whole).collect();
+    let mut elements = whole(mesh);
     for _ in 0..levels {
         vertices.midpoints.clear();
         elements = elements.iter().flat_map(|element| in_four(element, vertices)).collect();
     }
     vertices.midpoints.clear();
     Ok(elements)
+}
+
+/// The scene's triangles themselves.
+pub(super) fn whole(mesh: &Mesh) -> Vec<Element> {
+    let element = |(index, &vertices): (usize, &[u32; 3])| Element {
+        vertices,
+        scene_triangle: index as u32,
+        barycentrics: [Vec2::ZERO, Vec2::X, Vec2::Y],
+    };
+    mesh.triangles.iter().enumerate().map(element).collect()
 }
 
 /// A part at each corner, then the middle one, turned by half a turn: its corner k lies opposite to corner k.

@@ -1,37 +1,69 @@
 //! Fine elements that follow direct light.
 
+use std::{
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::{COARSEST_EDGE, Coarse, FINEST_EDGE, FINEST_SAMPLED_EDGE, Making, edge_length, smooth::SmoothValues};
+use super::{
+    COARSEST_EDGE, Coarse, FINEST_EDGE, FINEST_SAMPLED_EDGE, Making, Rounds, edge_length, smooth::SmoothValues,
+};
 use crate::{
     scene::{Tessellation, mesh::interpolate, tessellate::Refinement},
+    solver::monitor::Stage,
     trace::{SurfacePoint, surface::lift},
     transport::{VertexOrigins, direct::ShadowRays, visible_light::Scratch},
 };
 
+/// Standard errors that a difference must be larger than.
+const NOISE: f32 = 2.0;
+
+/// Vertices or elements that one task handles.
+const PER_TASK: usize = 64;
+
+/// While direct light is followed, other elements are shown no sooner than after this time.
+const SHOWN_INTERVAL: Duration = Duration::from_millis(250);
+
 pub(super) struct DirectElements<'a> {
     making: &'a Making<'a>,
     pub(super) refinement: Refinement,
-    pub(super) tessellation: Tessellation,
-    /// Direct irradiance [W/m²] at the vertices.
+    pub(super) tessellation: Arc<Tessellation>,
+    /// Direct irradiance [W/m²] at the vertices, but for the gather rays' share.
     pub(super) direct: Vec<Vec3>,
+    /// Its squared standard error.
+    pub(super) direct_errors: Vec<Vec3>,
     pub(super) buried: Vec<bool>,
     pub(super) shadow_rays: ShadowRays,
     /// Mean direct light [W/m²] of what is lit.
     pub(super) scale: f32,
+    rounds: Rounds<'a>,
+    last_shown: Instant,
+}
+
+/// Direct light at one vertex.
+#[derive(Clone, Copy, Default)]
+struct Found {
+    irradiance: Vec3,
+    squared_error: Vec3,
+    is_buried: bool,
+    rays: ShadowRays,
 }
 
 impl<'a> DirectElements<'a> {
-    pub(super) fn new(making: &'a Making<'a>) -> Result<Self, String> {
-        let refinement = Refinement::new(making.scene, &making.settings.tessellation())?;
-        let tessellation = refinement.tessellation(making.scene);
-        let (direct, buried, shadow_rays) = Default::default();
-        Ok(Self { making, refinement, tessellation, direct, buried, shadow_rays, scale: 1.0 })
+    pub(super) fn new(making: &'a Making<'a>) -> Self {
+        let refinement = Refinement::new(&making.problem.scene);
+        let tessellation = Arc::clone(&making.problem.tessellation);
+        let (direct, direct_errors, buried, shadow_rays) = Default::default();
+        let (scale, rounds, last_shown) = (1.0, Rounds::new(making.monitor), Instant::now());
+        Self { making, refinement, tessellation, direct, direct_errors, buried, shadow_rays, scale, rounds, last_shown }
     }
 
     /// Cuts until direct light is near what the corners say, in every element.
-    pub(super) fn follow_light(&mut self, tolerance: f32) -> Result<(), String> {
+    pub(super) fn follow_light(&mut self, tolerance: f32) {
+        self.making.monitor.enter_stage(Stage::FollowingDirect, 0, 1, 1.0);
         let mut first_new = 0;
         loop {
             self.find_direct_light();
@@ -40,94 +72,117 @@ impl<'a> DirectElements<'a> {
                 nodes[element as usize] >= first_new && self.direct_light_bends(element, tolerance, scratch)
             });
             first_new = self.refinement.node_count();
-            if !self.cut(&wanted)? {
-                return Ok(());
+            if !self.cut(&wanted) {
+                break;
             }
         }
+        self.making.monitor.show_elements(&self.tessellation, &self.direct);
     }
 
     /// Cuts until the elements are no coarser than the coarse ones, nor than the bends of the smooth field on those.
-    pub(super) fn follow_smooth_field(
-        &mut self,
-        coarse: &Coarse,
-        field: &[Vec3],
-        tolerance: f32,
-    ) -> Result<(), String> {
-        let smooth = SmoothValues::new(&coarse.smooth, &coarse.tessellation, field);
-        let coarse = &coarse.tessellation;
+    pub(super) fn follow_smooth_field(&mut self, coarse: &Coarse, field: &[Vec3], tolerance: f32) {
+        let below_all = &coarse.sources.tessellation;
+        let smooth = SmoothValues::new(&coarse.smooth, below_all, field);
         loop {
             let wanted = self.wanted(|_, element| {
                 let fine = &self.tessellation;
                 let middle = fine.corner_barycentrics[element as usize].iter().sum::<Vec2>() / 3.0;
-                let below = coarse.locate(fine.scene_triangle[element as usize], middle).0;
-                if fine.mesh.area(element) > 1.4 * coarse.mesh.area(below) {
+                let below = below_all.locate(fine.scene_triangle[element as usize], middle).0;
+                if fine.mesh.area(element) > 1.4 * below_all.mesh.area(below) {
                     return true;
                 }
                 let length = edge_length(fine, self.refinement.longest_edge(element));
-                let [a, b, c] = coarse.mesh.triangles[below as usize];
-                let edges = [[a, b], [b, c], [c, a]].map(|ends| edge_length(coarse, ends));
+                let [a, b, c] = below_all.mesh.triangles[below as usize];
+                let edges = [[a, b], [b, c], [c, a]].map(|ends| edge_length(below_all, ends));
                 let part = length / edges.into_iter().fold(0.0, f32::max);
                 let left = smooth.largest_surplus(below) / self.scale * part * part;
                 length > FINEST_EDGE && left * length > tolerance
             });
-            if !self.cut(&wanted)? {
-                return Ok(());
+            if !self.cut(&wanted) {
+                return;
             }
             self.find_direct_light();
         }
     }
 
-    /// The elements for which `is_wanted` says so.
-    fn wanted(&self, is_wanted: impl Fn(&mut Scratch, u32) -> bool + Sync) -> Vec<u32> {
-        (0..self.tessellation.mesh.triangles.len() as u32)
-            .into_par_iter()
-            .with_min_len(64)
-            .map_init(Scratch::default, |scratch, element| is_wanted(scratch, element).then_some(element))
-            .flatten()
-            .collect()
+    /// True if no direct light was found anywhere.
+    pub(super) fn is_dark(&self) -> bool {
+        self.direct.iter().all(|value| *value == Vec3::ZERO)
     }
 
-    fn cut(&mut self, wanted: &[u32]) -> Result<bool, String> {
-        let is_cut = self.making.cut(&mut self.refinement, wanted)?;
+    /// The elements for which `is_wanted` says so.
+    fn wanted(&self, is_wanted: impl Fn(&mut Scratch, u32) -> bool + Sync) -> Vec<u32> {
+        let elements: Vec<u32> = (0..self.tessellation.mesh.triangles.len() as u32).collect();
+        let wanted = |elements: &[u32]| {
+            let mut scratch = Scratch::default();
+            let go_on = |_: &&u32| !(self.making.is_cancelled)();
+            let elements = elements.iter().take_while(go_on);
+            elements.copied().filter(|&element| is_wanted(&mut scratch, element)).collect::<Vec<u32>>()
+        };
+        elements.par_chunks(PER_TASK).flat_map_iter(wanted).collect()
+    }
+
+    fn cut(&mut self, wanted: &[u32]) -> bool {
+        let is_cut = self.making.cut(&mut self.refinement, wanted);
         if is_cut {
-            self.tessellation = self.refinement.tessellation(self.making.scene);
+            self.tessellation = Arc::new(self.refinement.tessellation(&self.making.problem.scene));
         }
-        Ok(is_cut)
+        is_cut
     }
 
     /// Direct light at the vertices that have come since the last call, from those origins that are not buried.
     fn find_direct_light(&mut self) {
-        let Making { scene, tracer, .. } = *self.making;
-        let tessellation = &self.tessellation;
-        let (known, count) = (self.direct.len() as u32, tessellation.mesh.positions.len() as u32);
-        let origins = VertexOrigins::new(tessellation);
-        let context = self.making.direct_context();
-        let found: Vec<(Vec3, bool, ShadowRays)> = (known..count)
-            .into_par_iter()
-            .with_min_len(64)
-            .map_init(
-                || (Scratch::default(), Vec::new()),
-                |(scratch, starts), vertex| {
-                    origins.collect(scene, tessellation, vertex, starts);
-                    let (mut sum, mut used, mut rays) = (Vec3::ZERO, 0, ShadowRays::default());
-                    for origin in starts.iter() {
-                        let irradiance = context.irradiance_at(origin, scratch, &mut rays);
-                        if irradiance != Vec3::ZERO || !origin.is_buried(tracer) {
-                            sum += irradiance;
-                            used += 1;
-                        }
-                    }
-                    (sum / (used as f32).max(1.0), used == 0 && !starts.is_empty(), rays)
-                },
-            )
-            .collect();
-        for (irradiance, is_buried, rays) in found {
+        let monitor = self.making.monitor;
+        if monitor.is_watched() && self.last_shown.elapsed() > SHOWN_INTERVAL {
+            monitor.show_elements(&self.tessellation, &self.direct);
+            self.last_shown = Instant::now();
+        }
+        let origins = VertexOrigins::new(&self.tessellation);
+        let vertices: Vec<u32> = (self.direct.len() as u32..self.tessellation.mesh.positions.len() as u32).collect();
+        self.rounds.begin(vertices.len() as u64);
+        let found: Vec<Vec<Found>> =
+            vertices.par_chunks(PER_TASK).map(|vertices| self.direct_light_at(&origins, vertices)).collect();
+        for Found { irradiance, squared_error, is_buried, rays } in found.into_iter().flatten() {
             self.direct.push(irradiance);
+            self.direct_errors.push(squared_error);
             self.buried.push(is_buried);
             self.shadow_rays.traced += rays.traced;
             self.shadow_rays.skipped += rays.skipped;
         }
-        self.scale = mean_of_lit(&self.direct, &tessellation.vertex_areas());
+        self.scale = mean_of_lit(&self.direct, &self.tessellation.vertex_areas());
+    }
+
+    fn direct_light_at(&self, origins: &VertexOrigins, vertices: &[u32]) -> Vec<Found> {
+        let Making { problem, monitor, is_cancelled, .. } = *self.making;
+        monitor.wait_while_paused();
+        let (mut scratch, mut starts) = (Scratch::default(), Vec::new());
+        let context = self.making.direct_context();
+        let mut traced = 0;
+        let at = |&vertex: &u32| {
+            let mut found = Found::default();
+            if is_cancelled() {
+                return found;
+            }
+            origins.collect(&problem.scene, &self.tessellation, vertex, &mut starts);
+            let mut used = 0.0_f32;
+            for origin in &starts {
+                let (irradiance, squared_error) = context.irradiance_at(origin, &mut scratch, &mut found.rays);
+                if irradiance != Vec3::ZERO || !origin.is_buried(&*problem.tracer) {
+                    found.irradiance += irradiance;
+                    found.squared_error += squared_error;
+                    used += 1.0;
+                }
+            }
+            found.irradiance /= used.max(1.0);
+            found.squared_error /= (used * used).max(1.0);
+            found.is_buried = used == 0.0 && !starts.is_empty();
+            monitor.add_live(vertex as usize, found.irradiance);
+            traced += found.rays.traced;
+            found
+        };
+        let found = vertices.iter().map(at).collect();
+        monitor.advance(vertices.len() as u64, traced);
+        found
     }
 
     /// True if an element is too coarse for direct light: at its middle, or in the middle of its longest edge.
@@ -146,6 +201,7 @@ impl<'a> DirectElements<'a> {
         }
         let values =
             corners.map(|vertex| if self.buried[vertex as usize] { sum / count } else { self.direct[vertex as usize] });
+        let corner_error = corners.map(|vertex| self.direct_errors[vertex as usize]).into_iter().sum::<Vec3>() / 9.0;
         let opposite = corners.iter().position(|vertex| !ends.contains(vertex)).unwrap_or(0);
         let middle = Vec3::splat(1.0 / 3.0);
         let edge_middle = (0.5 * (Vec3::ONE - Vec3::AXES[opposite])).lerp(middle, 0.01);
@@ -154,17 +210,19 @@ impl<'a> DirectElements<'a> {
             let place = Vec2::new(weights.y, weights.z);
             let point = self.point_in_element(element, place);
             let mut rays = ShadowRays::default();
-            let found = context.irradiance_at(&point, scratch, &mut rays);
+            let (found, squared_error) = context.irradiance_at(&point, scratch, &mut rays);
             let finest = if rays.traced > 0 { FINEST_SAMPLED_EDGE } else { FINEST_EDGE };
-            let difference = (found - interpolate(values, place)).abs().max_element() / self.scale;
+            // What may be noise of the samples says nothing.
+            let noise = NOISE * (squared_error + corner_error).max_element().sqrt();
+            let difference = ((found - interpolate(values, place)).abs().max_element() - noise) / self.scale;
             difference * length > tolerance
                 && length > finest
-                && (found != Vec3::ZERO || !point.is_buried(self.making.tracer))
+                && (found != Vec3::ZERO || !point.is_buried(&*self.making.problem.tracer))
         })
     }
 
     fn point_in_element(&self, element: u32, place: Vec2) -> SurfacePoint {
-        let (mesh, scene) = (&self.tessellation.mesh, self.making.scene);
+        let (mesh, scene) = (&self.tessellation.mesh, &self.making.problem.scene);
         let triangle = self.tessellation.scene_triangle[element as usize];
         let geometric_normal = scene.mesh.geometric_normal(triangle);
         let normals = mesh.triangles[element as usize].map(|vertex| mesh.normals[vertex as usize]);
@@ -179,7 +237,7 @@ impl<'a> DirectElements<'a> {
 }
 
 /// The area mean of what is not dark; 1 if all is dark.
-fn mean_of_lit(field: &[Vec3], areas: &[f32]) -> f32 {
+pub(super) fn mean_of_lit(field: &[Vec3], areas: &[f32]) -> f32 {
     let lit = field.iter().zip(areas).filter(|(value, _)| value.max_element() > 0.0);
     let (sum, area) = lit.fold((0.0_f64, 0.0_f64), |(sum, area), (value, share)| {
         (sum + f64::from(value.element_sum() / 3.0 * share), area + f64::from(*share))

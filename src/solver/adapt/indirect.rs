@@ -1,14 +1,22 @@
 //! Coarse elements that follow indirect light: gather rays are traced at their vertices.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::{COARSEST_EDGE, FINEST_EDGE, Making, direct::DirectElements, edge_length, smooth::SmoothField};
+use super::{
+    COARSEST_EDGE, FINEST_EDGE, Making, Rounds,
+    direct::{DirectElements, mean_of_lit},
+    edge_length,
+    kept_rows::{Rows, Sources},
+    smooth::SmoothField,
+};
 use crate::{
-    scene::{Tessellation, tessellate::Refinement},
-    solver::buried::fill_buried,
+    scene::tessellate::Refinement,
+    solver::{buried::fill_buried, monitor::Stage},
     trace::SurfacePoint,
-    transport::{RowChunk, Transport, VertexOrigins, lights::FinderCounts},
+    transport::{RowChunk, VertexOrigins},
 };
 
 /// Gather rays that one task traces.
@@ -22,87 +30,102 @@ pub(super) struct IndirectElements<'a> {
     /// Where direct light is looked up.
     fine: &'a DirectElements<'a>,
     refinement: Refinement,
-    pub(super) tessellation: Tessellation,
-    pub(super) origins: VertexOrigins,
+    pub(super) sources: Arc<Sources>,
     /// The first bounce [W/m²] at the vertices.
     pub(super) first_bounce: Vec<Vec3>,
-    /// For each vertex how far the first bounce was from what was expected, over the length of the edge it lies on.
+    /// The gather rays' share of direct light [W/m²] at the vertices.
+    pub(super) found_emission: Vec<Vec3>,
+    /// For each vertex how far both were from what was expected, over the length of the edge it lies on.
     bend: Vec<f32>,
     pub(super) buried: Vec<bool>,
-    /// Rows to the fine elements with the vertices that they are of.
-    pub(super) rows: Vec<(Vec<u32>, RowChunk)>,
+    /// Rows to the fine elements.
+    pub(super) rows: Vec<Rows>,
+    /// Mean light [W/m²] of what is lit.
+    scale: f32,
+    rounds: Rounds<'a>,
 }
 
 impl<'a> IndirectElements<'a> {
-    pub(super) fn new(making: &'a Making<'a>, fine: &'a DirectElements<'a>) -> Result<Self, String> {
-        let mut refinement = Refinement::new(making.scene, &making.settings.tessellation())?;
-        let mut tessellation = refinement.tessellation(making.scene);
+    pub(super) fn new(making: &'a Making<'a>, fine: &'a DirectElements<'a>) -> Self {
+        let scene = &making.problem.scene;
+        let mut refinement = Refinement::new(scene);
+        let mut tessellation = refinement.tessellation(scene);
         loop {
             let is_long = |&element: &u32| edge_length(&tessellation, refinement.longest_edge(element)) > COARSEST_EDGE;
             let long: Vec<u32> = (0..tessellation.mesh.triangles.len() as u32).filter(is_long).collect();
-            if !making.cut(&mut refinement, &long)? {
+            if !making.cut(&mut refinement, &long) {
                 break;
             }
-            tessellation = refinement.tessellation(making.scene);
+            tessellation = refinement.tessellation(scene);
         }
-        let origins = VertexOrigins::new(&tessellation);
-        let (first_bounce, bend, buried, rows) = Default::default();
-        Ok(Self { making, fine, refinement, tessellation, origins, first_bounce, bend, buried, rows })
+        let sources = Arc::new(Sources { origins: VertexOrigins::new(&tessellation), tessellation });
+        let (first_bounce, found_emission, bend, buried, rows) = Default::default();
+        let (scale, rounds) = (fine.scale, Rounds::new(making.monitor));
+        Self { making, fine, refinement, sources, first_bounce, found_emission, bend, buried, rows, scale, rounds }
     }
 
-    /// Cuts until the first bounce at new vertices is near what was expected there.
-    pub(super) fn follow_light(&mut self, tolerance: f32) -> Result<(), String> {
-        if self.making.settings.bounces == Some(0) || self.making.lights.is_empty() {
-            let count = self.tessellation.mesh.positions.len();
+    /// Cuts until the light that rays gather at new vertices is near what was expected there.
+    pub(super) fn follow_light(&mut self, tolerance: f32) {
+        let count = self.sources.tessellation.mesh.positions.len();
+        if self.making.problem.settings.bounces == Some(0) || self.making.lights.is_empty() {
             (self.first_bounce, self.buried) = (vec![Vec3::ZERO; count], vec![false; count]);
-            return Ok(());
+            self.found_emission = vec![Vec3::ZERO; count];
+            return;
         }
+        self.making.monitor.enter_stage(Stage::FollowingIndirect, 0, 1, 1.0);
         self.gather(0);
-        self.bend = vec![0.0; self.first_bounce.len()];
-        let mut wanted: Vec<u32> = (0..self.tessellation.mesh.triangles.len() as u32).collect();
+        self.bend = vec![0.0; count];
+        if self.fine.is_dark() {
+            self.scale = mean_of_lit(&self.gathered(), &self.sources.tessellation.vertex_areas());
+        }
+        let mut wanted: Vec<u32> = (0..self.sources.tessellation.mesh.triangles.len() as u32).collect();
         loop {
             let first_new_node = self.refinement.node_count();
             let before = self.first_bounce.len();
-            let mut known = self.first_bounce.clone();
-            for (vertex, value) in fill_buried(&self.tessellation.mesh, &self.origins, &known, &self.buried) {
+            let Sources { tessellation, origins } = &*self.sources;
+            let mut known = self.gathered();
+            for (vertex, value) in fill_buried(&tessellation.mesh, origins, &known, &self.buried) {
                 known[vertex] = value;
             }
-            let smooth = SmoothField::new(&self.tessellation, &self.origins, &self.buried);
-            if !self.making.cut(&mut self.refinement, &wanted)? {
-                return Ok(());
+            let smooth = SmoothField::new(tessellation, origins, &self.buried);
+            if !self.making.cut(&mut self.refinement, &wanted) {
+                return;
             }
-            self.tessellation = self.refinement.tessellation(self.making.scene);
-            self.origins = VertexOrigins::new(&self.tessellation);
+            let tessellation = self.refinement.tessellation(&self.making.problem.scene);
+            self.sources = Arc::new(Sources { origins: VertexOrigins::new(&tessellation), tessellation });
             self.gather(before);
-            if (self.making.is_cancelled)() {
-                return Err(String::from("cancelled"));
-            }
             self.measure_bends(before, &known, &smooth);
             wanted = self.bent_elements(first_new_node, tolerance);
         }
     }
 
+    /// All light that rays gathered [W/m²], at each vertex.
+    fn gathered(&self) -> Vec<Vec3> {
+        self.first_bounce.iter().zip(&self.found_emission).map(|(bounce, found)| *bounce + *found).collect()
+    }
+
     /// How far the first bounce at the vertices from `first` on is from what the field before expects.
     fn measure_bends(&mut self, first: usize, known: &[Vec3], smooth: &SmoothField) {
         let gradients = smooth.gradients(known);
-        for vertex in first..self.first_bounce.len() {
+        for (vertex, gathered) in self.gathered().into_iter().enumerate().skip(first) {
             let ends = self.refinement.parents()[vertex];
             let [a, b] = ends.map(|end| end as usize);
-            let surplus = smooth.surplus(&self.tessellation.mesh, known, &gradients, ends);
+            let surplus = smooth.surplus(&self.sources.tessellation.mesh, known, &gradients, ends);
             let expected = 0.5 * (known[a] + known[b]) + surplus;
             let all_buried = self.buried[a] && self.buried[b];
             let is_compared = !self.buried[vertex] && !all_buried;
-            let difference = (self.first_bounce[vertex] - expected).abs().max_element() / self.fine.scale;
-            self.bend.push(if is_compared { difference / edge_length(&self.tessellation, ends) } else { 0.0 });
+            let difference = (gathered - expected).abs().max_element() / self.scale;
+            self.bend.push(if is_compared { difference / edge_length(&self.sources.tessellation, ends) } else { 0.0 });
         }
     }
 
     /// The elements with new nodes that are too coarse still.
     fn bent_elements(&self, first_new_node: u32, tolerance: f32) -> Vec<u32> {
         let nodes: Vec<u32> = self.refinement.nodes().collect();
+        let tessellation = &self.sources.tessellation;
         let is_bent = |&element: &u32| {
-            let corners = self.tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
-            let length = edge_length(&self.tessellation, self.refinement.longest_edge(element));
+            let corners = tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
+            let length = edge_length(tessellation, self.refinement.longest_edge(element));
             if nodes[element as usize] < first_new_node || length < FINEST_EDGE {
                 return false;
             }
@@ -116,40 +139,41 @@ impl<'a> IndirectElements<'a> {
 
     /// Traces the rows of the vertices from `first` on, and applies them to direct light.
     fn gather(&mut self, first: usize) {
-        let Making { scene, tracer, settings, .. } = *self.making;
-        let transport = Transport {
-            scene,
-            tracer,
-            tessellation: &self.tessellation,
-            targets: &self.fine.tessellation,
-            origins: &self.origins,
-            lights: &self.making.lights,
-            finders: FinderCounts { gather: 0, light: settings.light_rays },
-            sampler: settings.sampler,
-            seed: settings.seed,
-            rays: settings.rays,
-        };
+        let Making { problem, monitor, is_cancelled, .. } = *self.making;
+        let transport = self.making.transport(&self.sources, &self.fine.tessellation);
         let outgoing = transport.outgoing(&self.fine.direct);
-        let per_task = (RAYS_PER_TASK / settings.rays.max(1) as usize).clamp(1, 1024);
-        let vertices: Vec<u32> = (first as u32..self.tessellation.mesh.positions.len() as u32).collect();
+        let per_task = (RAYS_PER_TASK / problem.settings.rays.max(1) as usize).clamp(1, 1024);
+        let vertices: Vec<u32> = (first as u32..self.sources.tessellation.mesh.positions.len() as u32).collect();
+        self.rounds.begin(vertices.len() as u64);
+        let budget = u64::from(problem.settings.row_memory) << 20;
+        let fits = |vertex: u32| 8 * (u64::from(vertex) + 1) * u64::from(problem.settings.rays) <= budget;
         let traced: Vec<_> = vertices
             .par_chunks(per_task)
             .map(|vertices| {
-                let (mut chunk, mut buried) = (RowChunk::default(), Vec::new());
-                let receive = |vertex, usable: &[SurfacePoint], _: &[Vec3]| {
-                    buried.push(usable.is_empty() && !self.origins.elements_around(vertex).is_empty());
+                monitor.wait_while_paused();
+                let (mut chunk, mut buried, mut emission) = (RowChunk::default(), Vec::new(), Vec::new());
+                let receive = |vertex, usable: &[SurfacePoint], found: &[Vec3]| {
+                    buried.push(usable.is_empty() && !self.sources.origins.elements_around(vertex).is_empty());
+                    emission.push(found.iter().sum());
                 };
-                transport.trace(vertices.iter().copied(), &mut chunk, self.making.is_cancelled, receive);
+                transport.trace(vertices.iter().copied(), &mut chunk, is_cancelled, receive);
                 let mut values = vec![Vec3::ZERO; vertices.len()];
                 transport.apply(&chunk, &outgoing, |index, value| values[index] = value);
                 buried.resize(vertices.len(), false);
-                (vertices.to_vec(), chunk, values, buried)
+                emission.resize(vertices.len(), Vec3::ZERO);
+                let kept = vertices.last().is_none_or(|&last| fits(last));
+                if !kept {
+                    chunk.forget_rows();
+                }
+                monitor.advance(vertices.len() as u64, chunk.rays);
+                (vertices.to_vec(), chunk, kept, (values, emission, buried))
             })
             .collect();
-        for (vertices, chunk, values, buried) in traced {
+        for (vertices, chunk, kept, (values, emission, buried)) in traced {
             self.first_bounce.extend(values);
+            self.found_emission.extend::<Vec<Vec3>>(emission);
             self.buried.extend(buried);
-            self.rows.push((vertices, chunk));
+            self.rows.push(Rows { vertices, chunk, kept, sources: Arc::clone(&self.sources) });
         }
     }
 }
