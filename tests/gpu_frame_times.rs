@@ -35,6 +35,8 @@ fn time_of_a_frame() {
         let plain = subjects.frame([1280, 720], Shading::Radiosity);
         let frames = [
             ("1 sample", plain.clone()),
+            ("beside a solve, drawn", ViewFrame { saves_time: true, ..plain.clone() }),
+            ("beside a solve", ViewFrame { saves_time: true, gradual: true, ..plain.clone() }),
             ("4 samples", ViewFrame { antialias: true, ..plain.clone() }),
             ("4 samples, wireframe", ViewFrame { antialias: true, wireframe: true, ..plain.clone() }),
             (
@@ -47,7 +49,8 @@ fn time_of_a_frame() {
             ),
         ];
         for (what, frame) in frames {
-            let [moved, new_field] = [false, true].map(|new_field| frame_times(&mut stage, &frame, new_field));
+            let [moved, both, new_field] =
+                [(1e-4, false), (1e-4, true), (0.0, true)].map(|change| frame_times(&mut stage, &frame, change));
             let median = |times: &[[f64; 2]]| {
                 [0, 1].map(|column| {
                     let mut sorted: Vec<f64> = times.iter().map(|time| time[column]).collect();
@@ -55,18 +58,23 @@ fn time_of_a_frame() {
                     sorted[sorted.len() / 2]
                 })
             };
-            let (first, moved, new_field) = (moved[0], median(&moved[1..]), median(&new_field[1..]));
-            println!("  {what}, ms recorded and drawn: first {first:.1?}, then {moved:.1?}, new field {new_field:.1?}");
+            let (first, moved, both, new_field) =
+                (moved[0], median(&moved[1..]), median(&both[1..]), median(&new_field[2..]));
+            println!(
+                "  {what}, ms recorded and drawn: first {first:.1?}, camera moves {moved:.1?}, field changes {new_field:.1?}, \
+                 both {both:.1?}"
+            );
         }
         let picture = stage.picture(&ViewFrame { antialias: true, ..subjects.frame([1280, 720], Shading::Radiosity) });
         picture.save(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"))).unwrap();
     }
 }
 
-/// Milliseconds for each of some frames by a moving camera: until recorded, and until the picture is finished.
-fn frame_times(stage: &mut Stage, frame: &ViewFrame, new_field: bool) -> Vec<[f64; 2]> {
+/// Milliseconds for each of some frames, before which the camera moves by `step_length` and the field may change: until
+/// recorded, and until the picture is finished.
+fn frame_times(stage: &mut Stage, frame: &ViewFrame, (step_length, new_field): (f32, bool)) -> Vec<[f64; 2]> {
     let times = (0..8).map(|step| {
-        let position = frame.camera.position + 1e-4 * step as f32 * frame.camera.right;
+        let position = frame.camera.position + step_length * step as f32 * frame.camera.right;
         let field_version = if new_field { 100 + step } else { 1 };
         let moved = ViewFrame { camera: Camera { position, ..frame.camera }, field_version, ..frame.clone() };
         let start = Instant::now();

@@ -9,7 +9,7 @@ mod gpu_stage;
 
 use std::{f32::consts::PI, path::Path, sync::Arc};
 
-use glam::Vec3;
+use glam::{Vec3, Vec3Swizzles};
 use gpu_stage::{PLAIN, Stage, Subjects, varied};
 use image::RgbaImage;
 use radiosity::{
@@ -277,6 +277,64 @@ fn a_large_mesh_is_shown_coarse_at_once_and_ends_up_as_if_it_were_drawn_whole() 
         assert!((5..30).contains(&frames), "{frames} frames");
         assert!(stage.picture(&gradual) == whole, "antialias {antialias}, wireframe {wireframe}");
         assert!(!stage.draw(&gradual), "nothing is left to draw");
+    }
+}
+
+/// A field at so many moments of a solve.
+fn moments(subjects: &Subjects) -> [Arc<Vec<Vec3>>; 3] {
+    [0.3, 1.0, 40.0].map(|factor| Arc::new(subjects.field.iter().map(|value| factor * value.zxy()).collect()))
+}
+
+/// A square whose texture has holes, before a box.
+fn textured_and_cut_out() -> Subjects {
+    let mut scene = square(GREY, 2.5);
+    let texels = (0..15_u8).map(|index| [17 * index, 255 - 11 * index, 40 * (index % 5), 80 * (index % 3)]);
+    scene.textures = vec![Texture::new(String::from("fifteen"), 5, 3, texels.collect(), TextureFilter::Bilinear)];
+    scene.materials[0] = Material {
+        emitted_radiance: Vec3::new(0.1, 0.0, 0.4),
+        reflectance_texture: Some(0),
+        opacity_texture: Some(0),
+        ..scene.materials[0].clone()
+    };
+    Subjects::new(scene, 3, CAMERA, varied)
+}
+
+#[test]
+fn while_only_the_field_changes_pixels_get_the_colours_that_drawn_triangles_give_them() {
+    let Some(mut stage) = Stage::new() else { return };
+    let range = |logarithmic| FalseColorRange { minimum: 0.1, maximum: 6.0, logarithmic };
+    let filmic = ToneMap { exposure: 0.7, white: 2.0, gamma: 1.3, curve: ToneCurve::Filmic };
+    let shadings = [
+        (Shading::Radiosity, PLAIN),
+        (Shading::Radiosity, filmic),
+        (Shading::Irradiance, PLAIN),
+        (Shading::Plain, PLAIN),
+        (Shading::FalseColor(range(true)), PLAIN),
+        (Shading::FalseColor(range(false)), PLAIN),
+    ];
+    for subjects in [Subjects::cornell(3), textured_and_cut_out()] {
+        for ((shading, tone_map), wireframe) in
+            shadings.into_iter().flat_map(|shading| [(shading, false), (shading, true)])
+        {
+            let ambient = if wireframe { Vec3::ZERO } else { Vec3::new(0.5, 0.3, 0.8) };
+            let frame = ViewFrame { tone_map, wireframe, ambient, ..subjects.frame([160, 121], shading) };
+            // A driver that draws triangles is what the pixels are held to; both pictures are of a quarter of the pixels.
+            let drawn = ViewFrame { view: 2, saves_time: true, ..frame.clone() };
+            let by_pixel = ViewFrame { saves_time: true, gradual: true, ..frame };
+            stage.draw(&by_pixel);
+            assert!(!stage.viewer.is_by_pixel(1), "the first picture of a camera is drawn");
+            for (field, field_version) in moments(&subjects).into_iter().zip(10..) {
+                let expected = stage.picture(&ViewFrame { field: Arc::clone(&field), field_version, ..drawn.clone() });
+                let picture = stage.picture(&ViewFrame { field, field_version, ..by_pixel.clone() });
+                assert!(stage.viewer.is_by_pixel(1) && !stage.viewer.is_by_pixel(2));
+                let (mean, share) = difference(&picture, &expected, 1);
+                assert!(mean < 0.2 && share < 1e-3, "{shading:?}: {mean} of 255, {share} of the pixels are off");
+            }
+            let mut moved = by_pixel.clone();
+            moved.camera.position.z += 0.3;
+            let expected = stage.picture(&ViewFrame { view: 2, gradual: false, ..moved.clone() });
+            assert!(stage.picture(&moved) == expected && !stage.viewer.is_by_pixel(1), "{shading:?}: a moved camera");
+        }
     }
 }
 

@@ -14,6 +14,7 @@ use radiosity::gpu::{
     },
     map_picture::PictureUniforms,
     mesh_view::MaterialUniforms,
+    resolve::SHADING_WGSL,
 };
 use radiosity::lightmap::dilate::Fill;
 use wgpu::naga::{Module, TypeInner, front::wgsl, valid};
@@ -23,8 +24,12 @@ fn source(file: &str) -> String {
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu").join(file)).unwrap();
     let beside = |name: &str| std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/gpu").join(name));
     match file {
-        "mesh_view.wgsl" => format!("{FRAME_WGSL}{text}{}", beside("vertex_field.wgsl").unwrap()),
-        "vertex_field.wgsl" | "map_field.wgsl" => format!("{FRAME_WGSL}{}{text}", beside("mesh_view.wgsl").unwrap()),
+        "mesh_view.wgsl" => format!("{FRAME_WGSL}{SHADING_WGSL}{text}{}", beside("vertex_field.wgsl").unwrap()),
+        "vertex_field.wgsl" | "map_field.wgsl" => {
+            format!("{FRAME_WGSL}{SHADING_WGSL}{}{text}", beside("mesh_view.wgsl").unwrap())
+        }
+        "visibility.wgsl" => format!("{}{text}", source("vertex_field.wgsl")),
+        "resolve.wgsl" => format!("{FRAME_WGSL}{SHADING_WGSL}{text}"),
         "map_picture.wgsl" | "blit.wgsl" | "frame.wgsl" | "lightmap/patches.wgsl" | "lightmap/on_face.wgsl" => text,
         "lightmap/hemicube.wgsl" | "lightmap/cutouts.wgsl" | "lightmap/item_buffer.wgsl" => {
             format!("{ON_FACE_WGSL}{text}")

@@ -313,7 +313,7 @@ impl App {
             light: self.document.edit.light.map(|light| light.to_local(frame)),
             light_outline: None,
             antialias: self.layout.antialias && !self.saves_time(),
-            half_size: self.saves_time(),
+            saves_time: self.saves_time(),
             gradual: self.software_driver,
         }
     }

@@ -11,6 +11,8 @@ pub(super) fn install(context: &Context, software_driver: bool) {
     context.set_theme(Theme::Dark);
     context.style_mut_of(Theme::Dark, |style| {
         style.visuals.panel_fill = Color32::TRANSPARENT;
+        // Scrolled panels fade out in the colour of their ground: that is nothing here, but would be drawn.
+        style.spacing.scroll.fade.strength = 0.0;
         if software_driver {
             square_corners(&mut style.visuals);
         }

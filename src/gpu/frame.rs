@@ -104,8 +104,9 @@ pub struct ViewFrame {
     pub light_outline: Option<Vec3>,
     /// Four samples a pixel along the edges of surfaces.
     pub antialias: bool,
-    /// A quarter of the pixels, magnified: for a software driver whose time somebody else needs.
-    pub half_size: bool,
+    /// For a software driver whose time somebody else needs: a quarter of the pixels, magnified; and while only the field
+    /// changes, no triangle is drawn again.
+    pub saves_time: bool,
     /// For a driver that draws on the processor: a large geometry is drawn coarse at once, and then in parts while
     /// nothing changes, one a frame, until all of it takes the coarse picture's place.
     pub gradual: bool,
@@ -114,7 +115,7 @@ pub struct ViewFrame {
 impl ViewFrame {
     /// Width and height in pixels of the picture that is drawn.
     pub(super) fn picture_size(&self) -> [u32; 2] {
-        if self.half_size { self.size.map(|pixels| pixels.div_ceil(2)) } else { self.size }
+        if self.saves_time { self.size.map(|pixels| pixels.div_ceil(2)) } else { self.size }
     }
 
     /// Samples a pixel.

@@ -1,10 +1,10 @@
 //! A [`ViewGeometry`] on the card: streams that never change, shared by all views.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-use super::{ViewGeometry, geometry::MaterialDraw, textures::TextureGroups};
+use super::{ViewGeometry, geometry::MaterialDraw, textures::TextureGroups, visibility::CornerStreams};
 
 /// Buffers and textures of a geometry.
 pub struct MeshBuffers {
@@ -18,6 +18,8 @@ pub struct MeshBuffers {
     pub(super) edges: wgpu::Buffer,
     pub(super) edge_count: u32,
     pub(super) textures: TextureGroups,
+    /// Made when a view first needs them.
+    pub(super) corners: OnceLock<CornerStreams>,
 }
 
 /// Triangles in the order of their materials.
@@ -61,6 +63,7 @@ impl MeshBuffers {
             edges: buffer("edges", bytemuck::cast_slice(&geometry.edges), index),
             edge_count: geometry.edges.len() as u32,
             textures: TextureGroups::new(device, queue, texture_layout, &geometry.scene),
+            corners: OnceLock::new(),
         }
     }
 }

@@ -9,7 +9,9 @@ use glam::Vec3;
 
 use super::{
     frame::{FRAME_WGSL, SAMPLE_COUNTS, Shading, ViewFrame},
+    geometry::MaterialDraw,
     mesh_buffers::{MeshBuffers, Triangles},
+    resolve::SHADING_WGSL,
     targets::Targets,
 };
 use crate::{
@@ -56,15 +58,52 @@ impl MaterialUniforms {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Variant {
     samples: u32,
-    shading: u32,
-    filmic: bool,
-    gamma: bool,
-    logarithmic: bool,
+    tone: ToneVariant,
     ambient: bool,
     buried: bool,
     map: Option<MapVariant>,
     reflectance_filter: u32,
     opacity_filter: u32,
+}
+
+/// How a pipeline makes colours: the constants of `shading.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct ToneVariant {
+    shading: u32,
+    filmic: bool,
+    gamma: bool,
+    logarithmic: bool,
+}
+
+impl ToneVariant {
+    fn new(frame: &ViewFrame) -> Self {
+        let (shading, logarithmic) = match frame.shading {
+            Shading::Radiosity => (0, false),
+            Shading::Irradiance => (1, false),
+            Shading::Albedo => (2, false),
+            Shading::Normals => (3, false),
+            Shading::FalseColor(range) => (4, range.logarithmic),
+            Shading::Plain => (5, false),
+        };
+        let tone_mapped = shading < 2;
+        Self {
+            shading,
+            filmic: tone_mapped && frame.tone_map.curve == ToneCurve::Filmic,
+            gamma: tone_mapped && frame.tone_map.gamma != 1.0,
+            logarithmic,
+        }
+    }
+
+    /// The shader's constants.
+    pub(super) fn constants(self) -> Vec<(&'static str, f64)> {
+        let flag = |set| f64::from(u8::from(set));
+        vec![
+            ("SHADING", f64::from(self.shading)),
+            ("FILMIC", flag(self.filmic)),
+            ("GAMMA", flag(self.gamma)),
+            ("LOGARITHMIC", flag(self.logarithmic)),
+        ]
+    }
 }
 
 /// What a pipeline for a lightmap is made for.
@@ -77,22 +116,11 @@ struct MapVariant {
 impl Variant {
     /// For a frame, and a material without textures.
     pub(super) fn new(frame: &ViewFrame) -> Self {
-        let (shading, logarithmic) = match frame.shading {
-            Shading::Radiosity => (0, false),
-            Shading::Irradiance => (1, false),
-            Shading::Albedo => (2, false),
-            Shading::Normals => (3, false),
-            Shading::FalseColor(range) => (4, range.logarithmic),
-            Shading::Plain => (5, false),
-        };
-        let tone_mapped = shading < 2;
+        let tone = ToneVariant::new(frame);
         Self {
             samples: frame.samples(),
-            shading,
-            filmic: tone_mapped && frame.tone_map.curve == ToneCurve::Filmic,
-            gamma: tone_mapped && frame.tone_map.gamma != 1.0,
-            logarithmic,
-            ambient: tone_mapped && frame.ambient != Vec3::ZERO,
+            tone,
+            ambient: tone.shading < 2 && frame.ambient != Vec3::ZERO,
             buried: frame.buried.is_some(),
             map: frame.map.as_ref().map(|map| MapVariant { difference: map.difference, nearest: map.nearest }),
             reflectance_filter: 0,
@@ -100,14 +128,25 @@ impl Variant {
         }
     }
 
+    /// The same without smooth edges.
+    pub(super) fn with_one_sample(self) -> Self {
+        Self { samples: 1, ..self }
+    }
+
+    /// How colours are made, if all that changes with the field is what a visibility buffer knows.
+    pub(super) fn resolved(self) -> Option<ToneVariant> {
+        let shows_field = !matches!(self.tone.shading, 2 | 3);
+        (shows_field && self.samples == 1 && !self.buried && self.map.is_none()).then_some(self.tone)
+    }
+
     /// The same for a material of `scene`.
-    fn with_textures(self, scene: &Scene, material: &Material) -> Self {
+    pub(super) fn with_textures(self, scene: &Scene, material: &Material) -> Self {
         let filter = |index: Option<u32>| match index.and_then(|index| scene.textures.get(index as usize)) {
             None => 0,
             Some(texture) if texture.filter == TextureFilter::Nearest => 1,
             Some(_) => 2,
         };
-        let shows_reflectance = matches!(self.shading, 0 | 2);
+        let shows_reflectance = matches!(self.tone.shading, 0 | 2);
         Self {
             reflectance_filter: if shows_reflectance { filter(material.reflectance_texture) } else { 0 },
             opacity_filter: filter(material.opacity_texture),
@@ -116,19 +155,16 @@ impl Variant {
     }
 
     /// The shader's constants.
-    fn constants(self) -> Vec<(&'static str, f64)> {
+    pub(super) fn constants(self) -> Vec<(&'static str, f64)> {
         let flag = |set| f64::from(u8::from(set));
-        let mut constants = vec![
-            ("SHADING", f64::from(self.shading)),
-            ("FILMIC", flag(self.filmic)),
-            ("GAMMA", flag(self.gamma)),
-            ("LOGARITHMIC", flag(self.logarithmic)),
+        let mut constants = self.tone.constants();
+        constants.extend([
             ("AMBIENT", flag(self.ambient)),
             ("BURIED", flag(self.buried)),
             ("REFLECTANCE_FILTER", f64::from(self.reflectance_filter)),
             ("OPACITY_FILTER", f64::from(self.opacity_filter)),
             ("SEVERAL_SAMPLES", flag(self.samples > 1)),
-        ];
+        ]);
         if let Some(map) = self.map {
             constants.extend([("DIFFERENCE", flag(map.difference)), ("NEAREST_TEXEL", flag(map.nearest))]);
         }
@@ -217,7 +253,7 @@ impl Shader {
     fn new(device: &wgpu::Device, layouts: &Layouts, field: &str, pages: Option<&wgpu::BindGroupLayout>) -> Self {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("mesh view"),
-            source: wgpu::ShaderSource::Wgsl(format!("{FRAME_WGSL}{WGSL}{field}").into()),
+            source: wgpu::ShaderSource::Wgsl(format!("{FRAME_WGSL}{SHADING_WGSL}{WGSL}{field}").into()),
         });
         let mut groups = vec![Some(&layouts.frame), Some(&layouts.material), Some(&layouts.textures)];
         groups.extend(pages.map(Some));
@@ -323,7 +359,6 @@ impl MeshView {
         inputs: &MeshInputs<'_>,
         (triangles, range): (&Triangles, Range<u32>),
     ) {
-        pass.set_bind_group(0, inputs.frame, &[]);
         let map_places = mesh.map_places.as_ref().unwrap_or(inputs.irradiance);
         let streams = [&mesh.positions, &mesh.normals, &mesh.texcoords, inputs.irradiance, inputs.buried, map_places];
         if let Some(pages) = inputs.pages {
@@ -333,20 +368,33 @@ impl MeshView {
             pass.set_vertex_buffer(slot, stream.slice(..));
         }
         pass.set_index_buffer(triangles.indices.slice(..), wgpu::IndexFormat::Uint32);
-        for draw in &triangles.draws {
-            let start = draw.triangles.start.max(range.start);
-            let end = draw.triangles.end.min(range.end);
-            if start >= end {
-                continue;
+        draw_materials(pass, mesh, inputs, &self.pipelines, triangles, |pass, of_material| {
+            let start = of_material.start.max(range.start);
+            let end = of_material.end.min(range.end);
+            if start < end {
+                pass.draw_indexed(3 * start..3 * end, 0, 0..1);
             }
-            let material = inputs.materials.get(draw.material as usize).filter(|material| material.opacity >= 0.5);
-            let Some(material) = material else { continue };
-            let variant = inputs.variant.with_textures(inputs.scene, material);
-            let Some(pipeline) = self.pipelines.get(&variant) else { continue };
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(1, inputs.material_group, &[draw.material * inputs.material_stride]);
-            pass.set_bind_group(2, mesh.textures.of_material(draw.material), &[]);
-            pass.draw_indexed(3 * start..3 * end, 0, 0..1);
-        }
+        });
+    }
+}
+
+/// Lets `draw` draw the triangles of one material after the other; those that are invisible altogether are left out.
+pub(super) fn draw_materials(
+    pass: &mut wgpu::RenderPass<'_>,
+    mesh: &MeshBuffers,
+    inputs: &MeshInputs<'_>,
+    pipelines: &BTreeMap<Variant, wgpu::RenderPipeline>,
+    triangles: &Triangles,
+    draw: impl Fn(&mut wgpu::RenderPass<'_>, Range<u32>),
+) {
+    pass.set_bind_group(0, inputs.frame, &[]);
+    for MaterialDraw { material: index, triangles } in &triangles.draws {
+        let material = inputs.materials.get(*index as usize).filter(|material| material.opacity >= 0.5);
+        let Some(material) = material else { continue };
+        let Some(pipeline) = pipelines.get(&inputs.variant.with_textures(inputs.scene, material)) else { continue };
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(1, inputs.material_group, &[index * inputs.material_stride]);
+        pass.set_bind_group(2, mesh.textures.of_material(*index), &[]);
+        draw(pass, triangles.clone());
     }
 }

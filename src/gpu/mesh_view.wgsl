@@ -1,4 +1,5 @@
-// The elements. Comes after frame.wgsl; vertex_field.wgsl or map_field.wgsl, which say where the field is, come after it.
+// The elements. Comes after frame.wgsl and shading.wgsl; vertex_field.wgsl or map_field.wgsl, which say where the field
+// is, come after it.
 
 // The same fields as MaterialUniforms in mesh_view.rs.
 struct MaterialUniforms {
@@ -13,25 +14,14 @@ struct MaterialUniforms {
 @group(2) @binding(1) var opacity_texture: texture_2d<f32>;
 
 // What a pipeline is made for: software drivers run both sides of every branch that is decided later.
-override SHADING: u32;
-override FILMIC: bool;
-override GAMMA: bool;
-override LOGARITHMIC: bool;
 override AMBIENT: bool;
 override BURIED: bool;
 override REFLECTANCE_FILTER: u32;
 override OPACITY_FILTER: u32;
 override SEVERAL_SAMPLES: bool;
 
-const RADIOSITY = 0u;
-const IRRADIANCE = 1u;
-const ALBEDO = 2u;
-const NORMALS = 3u;
-const PLAIN = 5u;
-
 const NO_TEXTURE = 0u;
 const BILINEAR = 2u;
-const PI = 3.14159265358979;
 // sRGB-coded colour of the hatching over buried vertices.
 const BURIED_COLOR = vec3f(0.95, 0.6, 0.15);
 
@@ -83,10 +73,8 @@ fn vertex(in: VertexIn) -> Fragment {
 
 @fragment
 fn fragment(in: Fragment) -> @location(0) vec4f {
-    if OPACITY_FILTER != NO_TEXTURE {
-        if material.opacity * read_texture(opacity_texture, in.texcoord, OPACITY_FILTER, 1.0).a < 0.5 {
-            discard;
-        }
+    if is_hole(in.texcoord) {
+        discard;
     }
     let color = surface_color(in);
     if BURIED {
@@ -95,6 +83,14 @@ fn fragment(in: Fragment) -> @location(0) vec4f {
         return vec4f(select(color, BURIED_COLOR, in.buried > 0.5 && stripe), 1.0);
     }
     return vec4f(color, 1.0);
+}
+
+// True where the opacity texture leaves nothing.
+fn is_hole(texcoord: vec2f) -> bool {
+    if OPACITY_FILTER == NO_TEXTURE {
+        return false;
+    }
+    return material.opacity * read_texture(opacity_texture, texcoord, OPACITY_FILTER, 1.0).a < 0.5;
 }
 
 // sRGB-coded colour of a point.
@@ -114,14 +110,18 @@ fn surface_color(in: Fragment) -> vec3f {
     if SHADING == NORMALS {
         return 0.5 * normalize(in.normal) + 0.5;
     }
-    return false_color(dot(field(in), vec3f(0.2126, 0.7152, 0.0722)));
+    return false_color(luminance(field(in)));
 }
 
 fn irradiance(in: Fragment) -> vec3f {
     if AMBIENT {
-        return field(in) + frame.ambient.rgb * (0.55 + 0.45 * dot(normalize(in.normal), AMBIENT_SIDE));
+        return field(in) + ambient_irradiance(in.normal);
     }
     return field(in);
+}
+
+fn ambient_irradiance(normal: vec3f) -> vec3f {
+    return frame.ambient.rgb * (0.55 + 0.45 * dot(normalize(normal), AMBIENT_SIDE));
 }
 
 fn reflectance(texcoord: vec2f) -> vec3f {
@@ -168,44 +168,4 @@ fn texel_at(picture: texture_2d<f32>, place: vec2f, largest: f32) -> vec4f {
     let size = vec2i(textureDimensions(picture));
     let wrapped = (vec2i(place) + size) % size;
     return min(textureLoad(picture, wrapped, 0), vec4f(largest));
-}
-
-// Linear to sRGB-coded values in [0, 1] (IEC 61966-2-1).
-fn linear_to_srgb(linear: vec3f) -> vec3f {
-    let clipped = clamp(linear, vec3f(0.0), vec3f(1.0));
-    let curved = 1.055 * pow(max(clipped, vec3f(1e-10)), vec3f(1.0 / 2.4)) - 0.055;
-    return select(curved, clipped * 12.92, clipped <= vec3f(0.0031308));
-}
-
-// Narkowicz's rational fit of the ACES filmic curve, as math::color has it.
-fn filmic(x: vec3f) -> vec3f {
-    return (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14);
-}
-
-// ToneMap::apply: radiance to sRGB-coded values in [0, 1].
-fn tone_map(radiance: vec3f) -> vec3f {
-    // Far above any white; keeps the curve's squares finite.
-    let scaled = min(radiance * frame.exposure_scale, vec3f(1e6));
-    var curved = scaled;
-    if FILMIC {
-        curved = filmic(scaled) / filmic(vec3f(1.0));
-    }
-    var clipped = clamp(curved, vec3f(0.0), vec3f(1.0));
-    if GAMMA {
-        let powered = pow(max(clipped, vec3f(1e-10)), vec3f(frame.inverse_gamma));
-        clipped = select(powered, vec3f(0.0), clipped <= vec3f(1e-10));
-    }
-    return linear_to_srgb(clipped);
-}
-
-// false_color::color at FalseColorRange::place: the sRGB-coded colour of a value of the field.
-fn false_color(value: f32) -> vec3f {
-    var scaled = vec3f(frame.range.xy, value);
-    if LOGARITHMIC {
-        scaled = log2(max(scaled, vec3f(1e-30)));
-    }
-    let fraction = clamp((scaled.z - scaled.x) / max(scaled.y - scaled.x, 1e-30), 0.0, 1.0);
-    let place = fraction * 9.0;
-    let lower = min(u32(place), 8u);
-    return mix(frame.false_colors[lower].rgb, frame.false_colors[lower + 1u].rgb, place - f32(lower));
 }

@@ -1,7 +1,8 @@
 //! Drawing on the graphics card: the view of a solution that the window shows.
 //!
 //! One pass is one Rust file and one shader beside it: [`mesh_view`] (the elements), [`wireframe`] (their edges over
-//! it), [`light_view`] (the placed area light) and [`blit`] (a finished picture into the window). [`viewer`] is the only
+//! it), [`light_view`] (the placed area light) and [`blit`] (a finished picture into the window); and for drivers on the
+//! processor [`visibility`] and [`resolve`], by which pixels are coloured again without a triangle. [`viewer`] is the only
 //! file that knows their order. Group 0 of every shader of a view is `frame.wgsl`: camera, tone map, what is shown.
 //!
 //! A view of a field at the vertices needs no more than old OpenGL has: no storage buffers, no compute shaders. The field is
@@ -9,9 +10,11 @@
 //! them ([`frame::MapFrame`]); [`map_picture`] shows the pages themselves.
 
 pub mod blit;
+mod by_pixel;
 #[cfg(feature = "app")]
 pub mod callback;
 pub mod coarse;
+mod contents;
 pub mod device;
 pub mod false_color;
 pub mod frame;
@@ -23,11 +26,13 @@ pub mod mesh_buffers;
 pub mod mesh_view;
 mod part;
 pub mod projection;
+pub mod resolve;
 mod targets;
 mod textures;
 #[cfg(feature = "app")]
 pub mod trouble;
 pub mod viewer;
+pub mod visibility;
 pub mod wireframe;
 
 #[cfg(feature = "app")]

@@ -1,6 +1,6 @@
 //! The textures that a view is drawn into.
 
-use super::part::Part;
+use super::{part::Part, visibility::SeenTargets};
 
 /// Colour and depth of one view.
 pub(super) struct Targets {
@@ -74,6 +74,51 @@ impl Targets {
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,
                 depth_ops: Some(wgpu::Operations { load: depth_load, store: between }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        })
+    }
+
+    /// Begins the pass that finds what pixels see. Its depth stays for [`Targets::begin_resolve`].
+    pub(super) fn begin_visibility<'encoder>(
+        &self,
+        encoder: &'encoder mut wgpu::CommandEncoder,
+        seen: &SeenTargets,
+    ) -> wgpu::RenderPass<'encoder> {
+        let clear =
+            wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), store: wgpu::StoreOp::Store };
+        let attachments = seen.views.each_ref().map(|view| {
+            Some(wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops: clear })
+        });
+        self.begin_with(encoder, &attachments, wgpu::LoadOp::Clear(0.0))
+    }
+
+    /// Begins the pass that colours pixels by what they see, and draws more over it.
+    pub(super) fn begin_resolve<'encoder>(
+        &self,
+        encoder: &'encoder mut wgpu::CommandEncoder,
+    ) -> wgpu::RenderPass<'encoder> {
+        let ops = wgpu::Operations { load: wgpu::LoadOp::Clear(Self::BACKGROUND), store: wgpu::StoreOp::Store };
+        let view = &self.picture_view;
+        let color = wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops };
+        self.begin_with(encoder, &[Some(color)], wgpu::LoadOp::Load)
+    }
+
+    fn begin_with<'encoder>(
+        &self,
+        encoder: &'encoder mut wgpu::CommandEncoder,
+        color_attachments: &[Option<wgpu::RenderPassColorAttachment<'_>>],
+        depth: wgpu::LoadOp<f32>,
+    ) -> wgpu::RenderPass<'encoder> {
+        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("view"),
+            color_attachments,
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.depth,
+                depth_ops: Some(wgpu::Operations { load: depth, store: wgpu::StoreOp::Store }),
                 stencil_ops: None,
             }),
             timestamp_writes: None,

@@ -6,23 +6,19 @@ use std::{
     time::{Duration, Instant},
 };
 
-use glam::Vec3;
-
 use super::{
     ViewFrame, ViewGeometry,
     blit::{Blit, BlitInputs},
+    by_pixel::{ByPixel, Seen},
+    contents::{Changes, Contents},
     frame::{FrameUniforms, MapFrame, SAMPLE_COUNTS},
     light_view::LightView,
     mesh_buffers::{MeshBuffers, Triangles},
-    mesh_view::{Layouts, MaterialUniforms, MeshInputs, MeshView, Variant},
+    mesh_view::{Layouts, MeshView, ToneVariant, Variant},
     part::Part,
     targets::Targets,
     wireframe::Wireframe,
 };
-use crate::scene::Material;
-
-/// Bytes between the uniforms of two materials: WebGPU's largest `min_uniform_buffer_offset_alignment`.
-const MATERIAL_STRIDE: usize = 256;
 
 /// Draws views, each into a picture of its own. Several views of one geometry share its buffers.
 pub struct Viewer {
@@ -30,6 +26,7 @@ pub struct Viewer {
     blit: Blit,
     target_format: wgpu::TextureFormat,
     mesh_pass: MeshView,
+    by_pixel: ByPixel,
     /// By number of samples; made for the first view.
     passes: BTreeMap<u32, Passes>,
     meshes: Vec<(Weak<ViewGeometry>, Arc<MeshBuffers>)>,
@@ -64,24 +61,11 @@ struct ViewState {
     next_part: Option<u32>,
     /// What the parts are drawn into, until it takes the place of `shown`.
     refined: Option<Picture>,
+    /// What `shown` sees, from the second field on that this camera shows.
+    seen: Option<Seen>,
     /// None before the first frame.
     contents: Option<Contents>,
     drawn: Option<Drawn>,
-}
-
-/// The parts of a view that depend on its geometry.
-struct Contents {
-    geometry: Arc<ViewGeometry>,
-    mesh: Arc<MeshBuffers>,
-    irradiance: wgpu::Buffer,
-    field_version: Option<u64>,
-    buried: wgpu::Buffer,
-    buried_source: Option<Arc<Vec<bool>>>,
-    material_buffer: wgpu::Buffer,
-    material_group: wgpu::BindGroup,
-    material_source: Arc<Vec<Material>>,
-    /// The pages of a lightmap, bound.
-    pages: Option<(wgpu::Buffer, wgpu::BindGroup)>,
 }
 
 /// All that decides what a picture looks like, besides [`Contents`]: a view is drawn again if any of it differs.
@@ -95,12 +79,26 @@ struct Drawn {
     map: Option<MapFrame>,
 }
 
+impl Drawn {
+    fn new(frame: &ViewFrame) -> Self {
+        Self {
+            uniforms: FrameUniforms::new(frame),
+            variant: Variant::new(frame),
+            size: frame.size,
+            wireframe: frame.wireframe,
+            light: frame.light.is_some(),
+            map: frame.map.clone(),
+        }
+    }
+}
+
 impl Viewer {
     /// For windows of this format. The shaders are compiled when the first view is drawn.
     pub fn new(device: &wgpu::Device, target_format: wgpu::TextureFormat) -> Self {
         let layouts = Layouts::new(device);
         Self {
             mesh_pass: MeshView::new(device, &layouts),
+            by_pixel: ByPixel::new(device, &layouts),
             layouts,
             blit: Blit::new(device, target_format),
             target_format,
@@ -151,26 +149,12 @@ impl Viewer {
         if view.shown.targets.size != frame.size || view.shown.targets.samples != samples {
             view.shown = Picture::new(device, &self.blit, frame.size, samples);
         }
-        let uploaded = view.upload_contents(device, queue, &self.layouts, mesh, frame);
-        let drawn = Drawn {
-            uniforms: FrameUniforms::new(frame),
-            variant: Variant::new(frame),
-            size: frame.size,
-            wireframe: frame.wireframe,
-            light: frame.light.is_some(),
-            map: frame.map.clone(),
-        };
-        if let Some(contents) = view.contents.as_mut().filter(|_| frame.map.is_none()) {
-            contents.pages = None;
-        }
-        if let (Some(map), Some(contents)) = (&frame.map, &mut view.contents)
-            && contents.pages.as_ref().is_none_or(|(bound, _)| *bound != map.pages)
-        {
-            let group = self.mesh_pass.bind_pages(device, &self.layouts, &map.pages);
-            contents.pages = Some((map.pages.clone(), group));
-        }
+        let changes = view.upload_contents(device, queue, &self.layouts, mesh, frame);
+        view.bind_pages(device, &self.layouts, &mut self.mesh_pass, frame);
+        let drawn = Drawn::new(frame);
         let Some(passes) = self.passes.get(&samples) else { return false };
-        if !uploaded && view.drawn.as_ref() == Some(&drawn) {
+        let same = !changes.more && view.drawn.as_ref() == Some(&drawn);
+        if same && !changes.field {
             let Some(number) = view.next_part else { return false };
             let picture = view.refined.take().filter(|_| number > 0);
             let picture = picture.unwrap_or_else(|| Picture::new(device, &self.blit, frame.size, samples));
@@ -179,10 +163,15 @@ impl Viewer {
         }
         queue.write_buffer(&view.frame_buffer, 0, bytemuck::bytes_of(&drawn.uniforms));
         self.mesh_pass.prepare(device, drawn.variant, &frame.geometry.scene, &frame.materials);
+        let tone = self.by_pixel.prepare(device, frame);
         view.drawn = Some(drawn);
         view.next_part = (frame.gradual && frame.geometry.coarse.is_some()).then_some(0);
+        view.seen = view.seen.take().filter(|_| same);
         if view.next_part.is_some() {
             view.record_coarse(encoder, &self.mesh_pass, passes);
+        } else if let Some(tone) = tone.filter(|_| same && frame.saves_time) {
+            view.see(device, encoder, &self.by_pixel);
+            view.record_by_pixel(queue, encoder, (&self.by_pixel, tone), (passes, frame));
         } else {
             view.record_whole(encoder, &self.mesh_pass, passes);
         }
@@ -192,6 +181,11 @@ impl Viewer {
     /// True if a view is shown coarse and gets finer with each frame.
     pub fn is_refining(&self) -> bool {
         self.views.values().any(|view| view.next_part.is_some())
+    }
+
+    /// True if the view's last picture drew no triangle: its pixels were coloured by what they saw before.
+    pub fn is_by_pixel(&self, view: u64) -> bool {
+        self.views.get(&view).is_some_and(|view| view.seen.is_some())
     }
 
     /// The windows' format.
@@ -250,10 +244,19 @@ impl ViewState {
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame_buffer.as_entire_binding() }],
         });
         let shown = Picture::new(device, blit, size, samples);
-        Self { frame_buffer, frame_group, shown, next_part: None, refined: None, contents: None, drawn: None }
+        Self {
+            frame_buffer,
+            frame_group,
+            shown,
+            next_part: None,
+            refined: None,
+            seen: None,
+            contents: None,
+            drawn: None,
+        }
     }
 
-    /// Uploads what differs from the last frame's geometry, field, buried vertices and materials; true if any did.
+    /// Uploads what differs from the last frame's geometry, field, buried vertices and materials.
     fn upload_contents(
         &mut self,
         device: &wgpu::Device,
@@ -261,19 +264,29 @@ impl ViewState {
         layouts: &Layouts,
         mesh: Arc<MeshBuffers>,
         frame: &ViewFrame,
-    ) -> bool {
+    ) -> Changes {
         let same = |contents: &Contents| {
             Arc::ptr_eq(&contents.geometry, &frame.geometry) && contents.material_source.len() == frame.materials.len()
         };
         let kept = self.contents.take().filter(same);
         let is_new = kept.is_none();
         let contents = self.contents.insert(kept.unwrap_or_else(|| Contents::new(device, layouts, mesh, frame)));
-        let uploads = [
-            contents.upload_field(queue, frame),
-            contents.upload_buried(queue, frame),
-            contents.upload_materials(queue, frame, is_new),
-        ];
-        is_new || uploads.contains(&true)
+        let field = contents.upload_field(queue, frame);
+        let more = [contents.upload_buried(queue, frame), contents.upload_materials(queue, frame, is_new)];
+        Changes { field, more: is_new || more.contains(&true) }
+    }
+
+    /// Binds the pages of the frame's lightmap, if there is one.
+    fn bind_pages(&mut self, device: &wgpu::Device, layouts: &Layouts, mesh_pass: &mut MeshView, frame: &ViewFrame) {
+        let Some(contents) = &mut self.contents else { return };
+        let Some(map) = &frame.map else {
+            contents.pages = None;
+            return;
+        };
+        if contents.pages.as_ref().is_none_or(|(bound, _)| *bound != map.pages) {
+            let group = mesh_pass.bind_pages(device, layouts, &map.pages);
+            contents.pages = Some((map.pages.clone(), group));
+        }
     }
 
     fn record_whole(&self, encoder: &mut wgpu::CommandEncoder, mesh_pass: &MeshView, passes: &Passes) {
@@ -287,6 +300,27 @@ impl ViewState {
         let Some(triangles) = &mesh.coarse else { return };
         let part = Part::whole(triangles.count(), 0);
         self.record(encoder, mesh_pass, passes, (&self.shown.targets, triangles, &part));
+    }
+
+    /// Finds what the pixels see, if it is not known.
+    fn see(&mut self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, by_pixel: &ByPixel) {
+        let (Some(contents), Some(drawn)) = (&self.contents, &self.drawn) else { return };
+        let inputs = contents.inputs(&self.frame_group, (drawn.variant, false));
+        self.seen.get_or_insert_with(|| by_pixel.see(device, encoder, (&self.shown.targets, contents, &inputs)));
+    }
+
+    /// Colours pixels by what they see.
+    fn record_by_pixel(
+        &self,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        (by_pixel, tone): (&ByPixel, ToneVariant),
+        (passes, frame): (&Passes, &ViewFrame),
+    ) {
+        let (Some(contents), Some(seen)) = (&self.contents, &self.seen) else { return };
+        seen.field.write(queue, &contents.field(frame));
+        let mut pass = by_pixel.begin(encoder, (&self.shown.targets, &self.frame_group), (seen, tone));
+        self.record_over(&mut pass, passes, &Part::whole(0, contents.mesh.edge_count));
     }
 
     /// Draws a part of the fine picture.
@@ -318,107 +352,20 @@ impl ViewState {
     ) {
         let (Some(contents), Some(drawn)) = (&self.contents, &self.drawn) else { return };
         let mut pass = targets.begin(encoder, part);
-        let inputs = MeshInputs {
-            scene: &contents.geometry.scene,
-            variant: drawn.variant,
-            frame: &self.frame_group,
-            irradiance: &contents.irradiance,
-            buried: &contents.buried,
-            materials: &contents.material_source,
-            material_group: &contents.material_group,
-            material_stride: MATERIAL_STRIDE as u32,
-            pages: contents.pages.as_ref().map(|(_, group)| group).filter(|_| drawn.map.is_some()),
-        };
+        let inputs = contents.inputs(&self.frame_group, (drawn.variant, drawn.map.is_some()));
         mesh_pass.record(&mut pass, &contents.mesh, &inputs, (triangles, part.triangles.clone()));
+        self.record_over(&mut pass, passes, part);
+    }
+
+    /// What is drawn over the surfaces.
+    fn record_over(&self, pass: &mut wgpu::RenderPass<'_>, passes: &Passes, part: &Part) {
+        let (Some(contents), Some(drawn)) = (&self.contents, &self.drawn) else { return };
         if drawn.wireframe && !part.edges.is_empty() {
-            passes.wireframe.record(&mut pass, &self.frame_group, &contents.mesh, part.edges.clone());
+            passes.wireframe.record(pass, &self.frame_group, &contents.mesh, part.edges.clone());
         }
         if drawn.light && part.is_last {
-            passes.light.record(&mut pass, &self.frame_group);
+            passes.light.record(pass, &self.frame_group);
         }
-    }
-}
-
-impl Contents {
-    fn new(device: &wgpu::Device, layouts: &Layouts, mesh: Arc<MeshBuffers>, frame: &ViewFrame) -> Self {
-        let buffer = |label, size: usize, usage| {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: size as u64,
-                usage: usage | wgpu::BufferUsages::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        let vertices = frame.geometry.vertex_count();
-        let material_bytes = MATERIAL_STRIDE * frame.materials.len().max(1);
-        let material_buffer = buffer("materials", material_bytes, wgpu::BufferUsages::UNIFORM);
-        let one_material = wgpu::BufferBinding {
-            buffer: &material_buffer,
-            offset: 0,
-            size: wgpu::BufferSize::new(size_of::<MaterialUniforms>() as u64),
-        };
-        let material_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("materials"),
-            layout: &layouts.material,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::Buffer(one_material) }],
-        });
-        Self {
-            geometry: Arc::clone(&frame.geometry),
-            mesh,
-            irradiance: buffer("irradiance", vertices * size_of::<Vec3>(), wgpu::BufferUsages::VERTEX),
-            field_version: None,
-            buried: buffer("buried", vertices * size_of::<f32>(), wgpu::BufferUsages::VERTEX),
-            buried_source: None,
-            material_buffer,
-            material_group,
-            material_source: Arc::clone(&frame.materials),
-            pages: None,
-        }
-    }
-
-    fn upload_field(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) -> bool {
-        if self.field_version == Some(frame.field_version) {
-            return false;
-        }
-        self.field_version = Some(frame.field_version);
-        if self.geometry.copies.is_empty() && frame.field.len() == self.geometry.field_len {
-            queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(&frame.field));
-        } else {
-            queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(&self.geometry.expand(&frame.field)));
-        }
-        true
-    }
-
-    /// A new buffer holds zeros: nothing is buried.
-    fn upload_buried(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) -> bool {
-        let same = match (&self.buried_source, &frame.buried) {
-            (None, None) => true,
-            (Some(known), Some(wanted)) => Arc::ptr_eq(known, wanted),
-            _ => false,
-        };
-        if same {
-            return false;
-        }
-        self.buried_source = frame.buried.clone();
-        let flags = self.buried_source.as_deref().map_or(&[][..], Vec::as_slice);
-        let flags: Vec<f32> =
-            self.geometry.expand(flags).into_iter().map(|buried| f32::from(u8::from(buried))).collect();
-        queue.write_buffer(&self.buried, 0, bytemuck::cast_slice(&flags));
-        true
-    }
-
-    fn upload_materials(&mut self, queue: &wgpu::Queue, frame: &ViewFrame, is_new: bool) -> bool {
-        if !is_new && Arc::ptr_eq(&self.material_source, &frame.materials) {
-            return false;
-        }
-        self.material_source = Arc::clone(&frame.materials);
-        let mut bytes = vec![0; MATERIAL_STRIDE * self.material_source.len()];
-        for (place, material) in bytes.chunks_exact_mut(MATERIAL_STRIDE).zip(self.material_source.iter()) {
-            let uniforms = MaterialUniforms::new(&self.geometry.scene, material);
-            place[..size_of::<MaterialUniforms>()].copy_from_slice(bytemuck::bytes_of(&uniforms));
-        }
-        queue.write_buffer(&self.material_buffer, 0, &bytes);
-        true
     }
 }
 

@@ -95,7 +95,7 @@ impl Subjects {
             light: self.light,
             light_outline: None,
             antialias: false,
-            half_size: false,
+            saves_time: false,
             gradual: false,
         }
     }

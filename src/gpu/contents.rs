@@ -1,0 +1,145 @@
+//! The parts of a view that depend on its geometry: its own copy of the field, and its materials.
+
+use std::{borrow::Cow, sync::Arc};
+
+use glam::Vec3;
+
+use super::{
+    ViewFrame, ViewGeometry,
+    mesh_buffers::MeshBuffers,
+    mesh_view::{Layouts, MaterialUniforms, MeshInputs, Variant},
+};
+use crate::scene::Material;
+
+/// Bytes between the uniforms of two materials: WebGPU's largest `min_uniform_buffer_offset_alignment`.
+const MATERIAL_STRIDE: usize = 256;
+
+/// The parts of a view that depend on its geometry.
+pub(super) struct Contents {
+    pub(super) geometry: Arc<ViewGeometry>,
+    pub(super) mesh: Arc<MeshBuffers>,
+    pub(super) irradiance: wgpu::Buffer,
+    field_version: Option<u64>,
+    buried: wgpu::Buffer,
+    buried_source: Option<Arc<Vec<bool>>>,
+    material_buffer: wgpu::Buffer,
+    material_group: wgpu::BindGroup,
+    pub(super) material_source: Arc<Vec<Material>>,
+    /// The pages of a lightmap, bound.
+    pub(super) pages: Option<(wgpu::Buffer, wgpu::BindGroup)>,
+}
+
+/// What was uploaded for a frame.
+pub(super) struct Changes {
+    /// The field.
+    pub(super) field: bool,
+    /// Anything else.
+    pub(super) more: bool,
+}
+
+impl Contents {
+    pub(super) fn new(device: &wgpu::Device, layouts: &Layouts, mesh: Arc<MeshBuffers>, frame: &ViewFrame) -> Self {
+        let buffer = |label, size: usize, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: size as u64,
+                usage: usage | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let vertices = frame.geometry.vertex_count();
+        let material_bytes = MATERIAL_STRIDE * frame.materials.len().max(1);
+        let material_buffer = buffer("materials", material_bytes, wgpu::BufferUsages::UNIFORM);
+        let one_material = wgpu::BufferBinding {
+            buffer: &material_buffer,
+            offset: 0,
+            size: wgpu::BufferSize::new(size_of::<MaterialUniforms>() as u64),
+        };
+        let material_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("materials"),
+            layout: &layouts.material,
+            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::Buffer(one_material) }],
+        });
+        Self {
+            geometry: Arc::clone(&frame.geometry),
+            mesh,
+            irradiance: buffer("irradiance", vertices * size_of::<Vec3>(), wgpu::BufferUsages::VERTEX),
+            field_version: None,
+            buried: buffer("buried", vertices * size_of::<f32>(), wgpu::BufferUsages::VERTEX),
+            buried_source: None,
+            material_buffer,
+            material_group,
+            material_source: Arc::clone(&frame.materials),
+            pages: None,
+        }
+    }
+
+    /// What the passes over the elements are given.
+    pub(super) fn inputs<'a>(
+        &'a self,
+        frame: &'a wgpu::BindGroup,
+        (variant, has_map): (Variant, bool),
+    ) -> MeshInputs<'a> {
+        MeshInputs {
+            scene: &self.geometry.scene,
+            variant,
+            frame,
+            irradiance: &self.irradiance,
+            buried: &self.buried,
+            materials: &self.material_source,
+            material_group: &self.material_group,
+            material_stride: MATERIAL_STRIDE as u32,
+            pages: self.pages.as_ref().map(|(_, group)| group).filter(|_| has_map),
+        }
+    }
+
+    pub(super) fn upload_field(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) -> bool {
+        if self.field_version == Some(frame.field_version) {
+            return false;
+        }
+        self.field_version = Some(frame.field_version);
+        queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(&self.field(frame)));
+        true
+    }
+
+    /// The frame's field at the vertices on the card.
+    pub(super) fn field<'a>(&self, frame: &'a ViewFrame) -> Cow<'a, [Vec3]> {
+        if self.geometry.copies.is_empty() && frame.field.len() == self.geometry.field_len {
+            Cow::Borrowed(&frame.field)
+        } else {
+            Cow::Owned(self.geometry.expand(&frame.field))
+        }
+    }
+
+    /// A new buffer holds zeros: nothing is buried.
+    pub(super) fn upload_buried(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) -> bool {
+        let same = match (&self.buried_source, &frame.buried) {
+            (None, None) => true,
+            (Some(known), Some(wanted)) => Arc::ptr_eq(known, wanted),
+            _ => false,
+        };
+        if same {
+            return false;
+        }
+        self.buried_source = frame.buried.clone();
+        let flags = self.buried_source.as_deref().map_or(&[][..], Vec::as_slice);
+        let flags: Vec<f32> =
+            self.geometry.expand(flags).into_iter().map(|buried| f32::from(u8::from(buried))).collect();
+        queue.write_buffer(&self.buried, 0, bytemuck::cast_slice(&flags));
+        true
+    }
+
+    pub(super) fn upload_materials(&mut self, queue: &wgpu::Queue, frame: &ViewFrame, is_new: bool) -> bool {
+        if !is_new && Arc::ptr_eq(&self.material_source, &frame.materials) {
+            return false;
+        }
+        self.material_source = Arc::clone(&frame.materials);
+        let mut bytes = vec![0; MATERIAL_STRIDE * self.material_source.len()];
+        for (place, material) in bytes.chunks_exact_mut(MATERIAL_STRIDE).zip(self.material_source.iter()) {
+            let uniforms = MaterialUniforms::new(&self.geometry.scene, material);
+            place[..size_of::<MaterialUniforms>()].copy_from_slice(bytemuck::bytes_of(&uniforms));
+        }
+        queue.write_buffer(&self.material_buffer, 0, &bytes);
+        true
+    }
+}

@@ -1,0 +1,157 @@
+//! The pass that finds what each pixel sees: a visibility buffer (Burns and Hunt 2013, "The Visibility Buffer: A
+//! Cache-Friendly Approach to Deferred Shading"). While only the field changes, [`super::resolve`] colours the pixels from
+//! it, and no triangle is drawn.
+//!
+//! Inputs as those of [`super::mesh_view`], but for the streams: each triangle has corners of its own, in turn.
+
+use std::collections::BTreeMap;
+
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+use super::{
+    ViewGeometry,
+    frame::FRAME_WGSL,
+    mesh_buffers::MeshBuffers,
+    mesh_view::{self, Layouts, MeshInputs, VERTEX_FIELD_WGSL, Variant},
+    resolve,
+    targets::Targets,
+};
+use crate::scene::{Material, Scene};
+
+/// The shader.
+pub const WGSL: &str = include_str!("visibility.wgsl");
+
+/// Position, normal and texture coordinates of each triangle's corners, and at each the triangle's vertices.
+pub(super) struct CornerStreams([wgpu::Buffer; 4]);
+
+impl CornerStreams {
+    /// Uploads the corners of a geometry.
+    pub(super) fn new(device: &wgpu::Device, geometry: &ViewGeometry) -> Self {
+        let corners = || geometry.indices.iter().flatten().map(|&vertex| vertex as usize);
+        let buffer = |label, contents: &[u8]| {
+            device.create_buffer_init(&BufferInitDescriptor {
+                label: Some(label),
+                contents,
+                usage: wgpu::BufferUsages::VERTEX,
+            })
+        };
+        let positions: Vec<_> = corners().map(|vertex| geometry.positions[vertex]).collect();
+        let normals: Vec<_> = corners().map(|vertex| geometry.normals[vertex]).collect();
+        let texcoords: Vec<_> = corners().map(|vertex| geometry.texcoords[vertex]).collect();
+        let triangles: Vec<_> = geometry.indices.iter().flat_map(|triangle| [*triangle; 3]).collect();
+        Self([
+            buffer("corner positions", bytemuck::cast_slice(&positions)),
+            buffer("corner normals", bytemuck::cast_slice(&normals)),
+            buffer("corner texture coordinates", bytemuck::cast_slice(&texcoords)),
+            buffer("corner vertices", bytemuck::cast_slice(&triangles)),
+        ])
+    }
+}
+
+/// What the pixels of a view see, as `Kept` in `visibility.wgsl` has it.
+pub(super) struct SeenTargets {
+    pub(super) views: [wgpu::TextureView; 3],
+}
+
+impl SeenTargets {
+    const FORMATS: [wgpu::TextureFormat; 3] =
+        [wgpu::TextureFormat::Rgba32Uint, wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Rgba16Float];
+
+    pub(super) fn new(device: &wgpu::Device, [width, height]: [u32; 2]) -> Self {
+        let view = |format| {
+            let texture = device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("what pixels see"),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            });
+            texture.create_view(&wgpu::TextureViewDescriptor::default())
+        };
+        Self { views: Self::FORMATS.map(view) }
+    }
+}
+
+/// The pipelines, made when they are first needed.
+pub(super) struct Visibility {
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    pipelines: BTreeMap<Variant, wgpu::RenderPipeline>,
+}
+
+impl Visibility {
+    pub(super) fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
+        let before = [FRAME_WGSL, resolve::SHADING_WGSL, mesh_view::WGSL, VERTEX_FIELD_WGSL].concat();
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("visibility"),
+            source: wgpu::ShaderSource::Wgsl(format!("{before}{WGSL}").into()),
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("visibility"),
+            bind_group_layouts: &[Some(&layouts.frame), Some(&layouts.material), Some(&layouts.textures)],
+            immediate_size: 0,
+        });
+        Self { module, layout, pipelines: BTreeMap::new() }
+    }
+
+    /// Makes the pipelines that these materials need.
+    pub(super) fn prepare(&mut self, device: &wgpu::Device, variant: Variant, scene: &Scene, materials: &[Material]) {
+        for material in materials {
+            let variant = variant.with_textures(scene, material);
+            if !self.pipelines.contains_key(&variant) {
+                self.pipelines.insert(variant, self.pipeline(device, variant));
+            }
+        }
+    }
+
+    fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
+        let positions = wgpu::vertex_attr_array![0 => Float32x3];
+        let normals = wgpu::vertex_attr_array![1 => Snorm16x4];
+        let texcoords = wgpu::vertex_attr_array![2 => Float32x2];
+        let vertices = wgpu::vertex_attr_array![3 => Uint32x3];
+        let stream = |array_stride, attributes| {
+            Some(wgpu::VertexBufferLayout { array_stride, step_mode: wgpu::VertexStepMode::Vertex, attributes })
+        };
+        let constants = variant.constants();
+        let options = || wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("visibility"),
+            layout: Some(&self.layout),
+            vertex: wgpu::VertexState {
+                module: &self.module,
+                entry_point: Some("seen_vertex"),
+                compilation_options: options(),
+                buffers: &[stream(12, &positions), stream(8, &normals), stream(8, &texcoords), stream(12, &vertices)],
+            },
+            primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), ..wgpu::PrimitiveState::default() },
+            depth_stencil: Some(Targets::depth_state(wgpu::CompareFunction::Greater)),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.module,
+                entry_point: Some("keep"),
+                compilation_options: options(),
+                targets: &SeenTargets::FORMATS.map(|format| Some(format.into())),
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+
+    /// Draws all triangles into what pixels see.
+    pub(super) fn record(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        mesh: &MeshBuffers,
+        (inputs, corners): (&MeshInputs<'_>, &CornerStreams),
+    ) {
+        for (slot, stream) in (0..).zip(&corners.0) {
+            pass.set_vertex_buffer(slot, stream.slice(..));
+        }
+        mesh_view::draw_materials(pass, mesh, inputs, &self.pipelines, &mesh.triangles, |pass, triangles| {
+            pass.draw(3 * triangles.start..3 * triangles.end, 0..1);
+        });
+    }
+}
