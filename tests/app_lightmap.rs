@@ -9,7 +9,8 @@ use common::*;
 use egui_kittest::Harness;
 use radiosity::{
     app::{App, command::Command, view_settings::Source},
-    gpu::lightmap::Stage,
+    gpu::{device, lightmap::Stage},
+    lightmap::PageUpdate,
 };
 
 /// Mean over the area of what two solutions hold, and of how far they are apart, over the mean of the first.
@@ -46,15 +47,23 @@ fn the_lightmap_is_shown_beside_the_solution_and_agrees_with_it() {
         app.fulfil(Command::SolveLightmap);
     }
     // Alone first: the right view reads its pages, and nothing is read back before it rests.
-    run_until(&mut window, "light", |app| app.lightmap.shown.is_some());
+    let wait_or_go_on = |window: &Harness<'_, App>| window.state().lightmap.job.as_ref().unwrap().toggle_pause();
+    wait_or_go_on(&window);
+    run_until(&mut window, "the map", |app| app.lightmap.shown.is_some());
     assert!(window.state().layout.second_view && window.state().layout.views[1].source == Source::Lightmap);
     let dark = window.render().unwrap();
+    wait_or_go_on(&window);
     run_until(&mut window, "the end of the lightmap", rests);
     let lit = window.render().unwrap();
     let right = |x, y| [&dark, &lit].map(|picture| colour_at(picture, &window, x, y)[1]);
     let [before, after] = right(0.75, 0.75);
     assert!(after > before + 15.0, "{before} and {after}");
     assert!(window.state().lightmap.status.contains("texels"), "{}", window.state().lightmap.status);
+    // The window's device has its clock, where it has one at all.
+    let has_clock = device::headless().unwrap().0.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+    let times = window.state().lightmap.times.clone();
+    assert_eq!(times.is_some(), has_clock);
+    assert!(times.iter().flatten().all(|pass| pass.runs > 0 && pass.seconds > 0.0), "{times:?}");
     let alone = window.render().unwrap();
     solve(&mut window);
     // Both views show the same light.
@@ -122,6 +131,36 @@ fn a_lightmap_waits_shows_its_order_and_reads_its_shaders_again() {
     let paused_at = shown_version(window.state());
     run_until(&mut window, "more", |app| shown_version(app) > paused_at + 1);
     assert!(errors(window.state()).is_empty(), "{:?}", errors(window.state()));
+}
+
+#[test]
+fn updates_by_batches_show_whole_batches_and_end_with_the_same_light() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    const BATCH: u32 = 32;
+    let mut solved = |update| {
+        let app = window.state_mut();
+        app.lightmap.map.texels = 20_000;
+        let settings = &mut app.lightmap.settings;
+        (settings.update, settings.batch, settings.unabsorbed) = (update, BATCH, 0.1);
+        settings.light_side = 8; // two batches
+        app.other = None;
+        app.lightmap.status.clear();
+        app.fulfil(Command::SolveLightmap);
+        let mut shown = Vec::new();
+        run_until(&mut window, "light", |app| app.lightmap.status.contains("% unabsorbed"));
+        while !rests(window.state()) {
+            window.run_steps(1);
+            shown.push(shooters(window.state()));
+        }
+        (shown, window.state().other.as_ref().unwrap().total.clone())
+    };
+    let (by_batch, light) = solved(PageUpdate::Batch);
+    let (any, same_light) = solved(PageUpdate::Continuous);
+    let is_whole = |count: &u64| count.is_multiple_of(u64::from(BATCH));
+    assert!(by_batch.iter().all(is_whole), "{by_batch:?}");
+    assert!(!any.iter().all(is_whole), "{any:?}");
+    assert_eq!(light, same_light);
 }
 
 fn rests(app: &App) -> bool {

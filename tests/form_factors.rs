@@ -14,7 +14,7 @@ use radiosity::{
             item_buffer::{ItemBuffers, Row, Viewpoint},
         },
     },
-    scene::{LoadOptions, Scene, builtin, load},
+    scene::{LoadOptions, Scene, Tessellation, builtin, load, tessellate::TessellationOptions},
     student::basis::form_basis,
     trace::{Ray, RayTracer as _, Tracer, surface::lift},
 };
@@ -69,6 +69,41 @@ fn back_faces_count_for_nothing_but_hide() {
     assert!(hidden.is_empty() && open > 0.7, "{open}, {hidden:?}"); // the turned square covers the other exactly
 }
 
+/// A hemicube by rays through the middles of its pixels: the sum of the delta form factors by triangle.
+fn row_by_rays(tracer: &Tracer, viewpoint: &Viewpoint, (from, count): (u32, usize), resolution: u32) -> Vec<f32> {
+    // Any turn about the normal does.
+    let basis = form_basis(viewpoint.normal);
+    let mut sums = vec![0.0; count];
+    let step = 2.0 / resolution as f32;
+    let mut add = |direction: Vec3, weight: f32| {
+        let direction = (basis * direction).normalize();
+        let ray = Ray { origin: viewpoint.origin, direction, max_distance: f32::INFINITY, origin_triangle: from };
+        if let Some(hit) = tracer.closest_hit(&ray).filter(|hit| hit.front) {
+            sums[hit.triangle as usize] += weight;
+        }
+    };
+    for row in 0..resolution {
+        for column in 0..resolution {
+            let (x, y) = ((column as f32 + 0.5) * step - 1.0, (row as f32 + 0.5) * step - 1.0);
+            let squared = x * x + y * y + 1.0;
+            let weight = step * step / (std::f32::consts::PI * squared * squared);
+            add(Vec3::new(x, y, 1.0), weight);
+            if y > 0.0 {
+                for side in [Vec3::new(1.0, x, y), Vec3::new(-1.0, x, y), Vec3::new(x, 1.0, y), Vec3::new(x, -1.0, y)] {
+                    add(side, y * weight);
+                }
+            }
+        }
+    }
+    sums
+}
+
+/// A row against one by rays, over all triangles: Σ |F - F'|.
+fn apart(row: &Row, by_rays: &[f32]) -> f32 {
+    let drawn = |index: usize| row.iter().find(|(item, _)| *item as usize == index).map_or(0.0, |(_, factor)| *factor);
+    by_rays.iter().enumerate().map(|(index, value)| (drawn(index) - value).abs()).sum()
+}
+
 #[test]
 fn a_row_of_pixels_shows_what_rays_meet() {
     let scene: Arc<Scene> = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
@@ -76,46 +111,49 @@ fn a_row_of_pixels_shows_what_rays_meet() {
     let triangles: Vec<[Vec3; 3]> =
         (0..scene.mesh.triangles.len() as u32).map(|index| scene.mesh.corners(index)).collect();
     const RESOLUTION: u32 = 64;
-    let mut apart = 0.0;
-    let origins: Vec<u32> = (0..10).collect();
-    for &triangle in &origins {
-        let corners = scene.mesh.corners(triangle);
-        let normal = scene.mesh.geometric_normal(triangle);
-        let origin = lift(corners.iter().sum::<Vec3>() / 3.0, normal, corners);
-        let row = rows(&triangles, &[Viewpoint { origin, normal }], RESOLUTION).remove(0);
-        // The same hemicube by rays through the middles of its pixels; any turn about the normal does.
-        let basis = form_basis(normal);
-        let mut by_rays = vec![0.0_f32; triangles.len()];
-        let step = 2.0 / RESOLUTION as f32;
-        let mut add = |direction: Vec3, weight: f32| {
-            let direction = (basis * direction).normalize();
-            let ray = Ray { origin, direction, max_distance: f32::INFINITY, origin_triangle: triangle };
-            if let Some(hit) = tracer.closest_hit(&ray).filter(|hit| hit.front) {
-                by_rays[hit.triangle as usize] += weight;
-            }
-        };
-        for row in 0..RESOLUTION {
-            for column in 0..RESOLUTION {
-                let (x, y) = ((column as f32 + 0.5) * step - 1.0, (row as f32 + 0.5) * step - 1.0);
-                let squared = x * x + y * y + 1.0;
-                let weight = step * step / (std::f32::consts::PI * squared * squared);
-                add(Vec3::new(x, y, 1.0), weight);
-                if y > 0.0 {
-                    for side in
-                        [Vec3::new(1.0, x, y), Vec3::new(-1.0, x, y), Vec3::new(x, 1.0, y), Vec3::new(x, -1.0, y)]
-                    {
-                        add(side, y * weight);
-                    }
-                }
-            }
-        }
-        for (index, value) in by_rays.iter().enumerate() {
-            let drawn = row.iter().find(|(item, _)| *item as usize == index).map_or(0.0, |(_, factor)| *factor);
-            apart += (drawn - value).abs();
-        }
-    }
-    let mean = apart / origins.len() as f32;
+    const ORIGINS: u32 = 10;
+    let differences = (0..ORIGINS).map(|triangle| {
+        let viewpoint = middle_of(&scene, triangle);
+        let row = rows(&triangles, &[viewpoint], RESOLUTION).remove(0);
+        apart(&row, &row_by_rays(&tracer, &viewpoint, (triangle, triangles.len()), RESOLUTION))
+    });
+    let mean = differences.sum::<f32>() / ORIGINS as f32;
     assert!(mean < 0.02, "rows differ by {mean} in the mean; 64 pixels cut edges differently when they are turned");
+}
+
+/// Where the hemicube of a scene's triangle stands.
+fn middle_of(scene: &Scene, triangle: u32) -> Viewpoint {
+    let (corners, normal) = (scene.mesh.corners(triangle), scene.mesh.geometric_normal(triangle));
+    Viewpoint { origin: lift(corners.iter().sum::<Vec3>() / 3.0, normal, corners), normal }
+}
+
+#[test]
+fn a_row_shows_what_lies_behind_the_holes_of_a_texture() {
+    // A floor, a board with holes, a ceiling. Elements are the halves' halves, so that a hole's place in them counts.
+    let obj = "mtllib holes.mtl\nv -2 0 -2\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nusemtl whole\nf 1 2 3 4\n\
+        v -1 1 -1\nv 1 1 -1\nv 1 1.1 1\nv -1 1.1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl holes\nf 5/1 6/2 7/3 8/4\n\
+        v -2 2 -2\nv 2 2 -2\nv 2 2 2\nv -2 2 2\nusemtl whole\nf 9 10 11 12\n";
+    const OPACITIES: [u8; 12] = [0, 255, 90, 255, 40, 255, 0, 0, 255, 0, 255, 255];
+    const RESOLUTION: u32 = 128;
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    image::GrayImage::from_vec(4, 3, OPACITIES.to_vec()).unwrap().save(at("holes.png")).unwrap();
+    std::fs::write(at("holes.mtl"), "newmtl whole\nnewmtl holes\nmap_d holes.png\n").unwrap();
+    std::fs::write(at("scene.obj"), obj).unwrap();
+    let scene = Arc::new(load::load(&at("scene.obj"), &LoadOptions::default()).unwrap());
+    let options = TessellationOptions { subdivide: 1, max_edge: None };
+    let elements = Tessellation::new(&scene, &options).unwrap();
+    let (device, queue) = device::headless().unwrap();
+    let weights = delta_form_factors(RESOLUTION);
+    let buffers = ItemBuffers::of_elements((&device, &queue), (&scene, &elements), RESOLUTION, &weights).unwrap();
+    let viewpoint = middle_of(&scene, 0);
+    let mut by_triangle: Row = (0..6).map(|triangle| (triangle, 0.0)).collect();
+    for (element, factor) in &buffers.rows(&[viewpoint]).unwrap()[0] {
+        by_triangle[elements.scene_triangle[*element as usize] as usize].1 += factor;
+    }
+    let by_rays = row_by_rays(&Tracer::new(Arc::clone(&scene)), &viewpoint, (0, 6), RESOLUTION);
+    assert!(by_rays[2..].iter().all(|factor| *factor > 0.02), "{by_rays:?}"); // board and ceiling are seen
+    assert!(apart(&by_triangle, &by_rays) < 0.015, "{by_triangle:?}, by rays {by_rays:?}");
 }
 
 /// The Cornell box with its open front closed.
@@ -130,11 +168,7 @@ fn in_a_closed_box_every_row_sums_to_one() {
     let scene = closed_box();
     let count = scene.mesh.triangles.len() as u32;
     let triangles: Vec<[Vec3; 3]> = (0..count).map(|index| scene.mesh.corners(index)).collect();
-    let viewpoint = |index: u32| {
-        let (corners, normal) = (scene.mesh.corners(index), scene.mesh.geometric_normal(index));
-        Viewpoint { origin: lift(corners.iter().sum::<Vec3>() / 3.0, normal, corners), normal }
-    };
-    let viewpoints: Vec<Viewpoint> = (0..count).map(viewpoint).collect();
+    let viewpoints: Vec<Viewpoint> = (0..count).map(|index| middle_of(&scene, index)).collect();
     for row in rows(&triangles, &viewpoints, 128) {
         let sum: f32 = row.iter().map(|(_, factor)| factor).sum();
         assert!((sum - 1.0).abs() < 0.01, "{sum}");

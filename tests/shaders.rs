@@ -106,8 +106,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     );
     assert_eq!(
         patches("Group"),
-        rust_layout!(Group: centre, area, origin, first, normal, count, half_u, chart, half_v, spare, tangent,
-            spare_too)
+        rust_layout!(Group: centre, area, origin, first, normal, count, half_u, chart, half_v, most_power,
+            tangent, parent)
     );
     assert_eq!(
         patches("Shooter"),
@@ -115,7 +115,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
             tangent, spare_five, radiosity, spare_six)
     );
     assert_eq!(patches("Face"), rust_layout!(Face: x, y, w));
-    let pages = rust_layout!(PageSettings: ambient, stage, receiver_count, shooter_count, largest_area, spare);
+    let pages = rust_layout!(PageSettings: even, stage, trend, spare, receiver_count, shooter_count,
+        largest_area, spare_too);
     assert_eq!(wgsl_layout("lightmap/pages.wgsl", "PageSettings"), pages);
     let fill = rust_layout!(Fill: pixel, neighbours);
     assert_eq!(wgsl_layout("lightmap/pages.wgsl", "Fill"), fill);

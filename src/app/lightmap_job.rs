@@ -33,8 +33,6 @@ use crate::{
 
 /// Time between two fillings of the pages.
 const SHOW_INTERVAL: Duration = Duration::from_millis(150);
-/// What a submission should take here, where the window's own wait behind it.
-const SUBMISSION_TIME: Duration = Duration::from_millis(25);
 /// How far inside an element a vertex's value is read: in the corner itself the map has another chart beside it.
 const MOVE_INTO_ELEMENT: f32 = 0.02;
 
@@ -227,7 +225,6 @@ impl Work {
         let light = input.light.map(|light| light.to_local(&elements.scene.frame));
         let device = (&self.input.device, &self.input.queue);
         let mut solver = GpuSolver::new(device, &elements.scene, &atlas, light.as_ref(), settings)?;
-        solver.set_submission_time(SUBMISSION_TIME);
         solver.fill_pages(Stage::Irradiance)?;
         self.show_on(&elements, &solver, &atlas.charts)?;
         self.solve(&mut solver, &atlas, elements)
@@ -292,7 +289,7 @@ impl Work {
     fn is_due(&self, solver: &GpuSolver, since: Duration) -> bool {
         match self.input.settings.update {
             PageUpdate::Continuous => since >= SHOW_INTERVAL,
-            PageUpdate::Group => solver.is_between_groups() && since >= SHOW_INTERVAL,
+            PageUpdate::Batch => solver.is_between_batches() && since >= SHOW_INTERVAL,
         }
     }
 

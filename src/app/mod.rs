@@ -68,7 +68,7 @@ use picked::{KnownShares, Picked};
 use results::Results;
 use solving::{Elements, Solving};
 use view_settings::{Source, ViewField};
-pub use window::run;
+pub use window::{run, wgpu_setup};
 
 use crate::{
     gpu,

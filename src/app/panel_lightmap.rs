@@ -132,7 +132,6 @@ impl LightmapPanel {
         ui.horizontal_wrapped(|ui| {
             ui.checkbox(&mut self.settings.no_filter, "Nearest depth").on_hover_text(help("no_filter"));
             ui.checkbox(&mut self.map.no_coverage, "No coverage").on_hover_text(help("no_coverage"));
-            ui.checkbox(&mut self.settings.ambient, "Ambient rest").on_hover_text(help("ambient"));
             let tooltip = "The nearest texel of the map is shown, and not a mean of the four around";
             ui.checkbox(&mut self.nearest, "Nearest texel").on_hover_text(tooltip);
         });
@@ -165,6 +164,7 @@ impl LightmapPanel {
         choice_row(ui, "Attenuation", &help("attenuation"), &mut settings.attenuation);
         row(ui, "Bias", &help("bias"), Slider::new(&mut settings.bias, 0.0..=8.0));
         choice_row(ui, "Order", &help("order"), &mut settings.order);
+        choice_row(ui, "Unshot light", &help("ambient"), &mut settings.ambient);
         choice_row(ui, "Update", &help("update"), &mut settings.update);
     }
 

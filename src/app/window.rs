@@ -5,13 +5,15 @@ use std::{
     panic::{AssertUnwindSafe, catch_unwind, resume_unwind},
     path::Path,
     rc::Rc,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
 use anyhow::anyhow;
+use eframe::egui_wgpu::WgpuSetupCreateNew;
 
 use super::{App, device_loss::Shown, loader::OpenedScene};
-use crate::files::atlas_cache::AtlasCache;
+use crate::{files::atlas_cache::AtlasCache, gpu::device};
 
 /// A device that is lost in less time does not bear the window.
 const SHORT_LIFE: Duration = Duration::from_secs(20);
@@ -71,7 +73,7 @@ pub fn run(opened: OpenedScene) -> anyhow::Result<()> {
 
 fn options(title: &str) -> eframe::NativeOptions {
     let viewport = egui::ViewportBuilder::default().with_title(title).with_app_id("radiosity");
-    eframe::NativeOptions {
+    let mut options = eframe::NativeOptions {
         viewport: viewport
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([480.0, 320.0])
@@ -79,5 +81,15 @@ fn options(title: &str) -> eframe::NativeOptions {
         persist_window: false,
         dithering: false,
         ..Default::default()
+    };
+    options.wgpu_options.wgpu_setup = wgpu_setup().into();
+    options
+}
+
+/// How the window's device is opened: so that lightmaps can be solved on it, by OpenGL too, and their passes timed.
+pub fn wgpu_setup() -> WgpuSetupCreateNew {
+    WgpuSetupCreateNew {
+        device_descriptor: Arc::new(device::descriptor),
+        ..WgpuSetupCreateNew::without_display_handle()
     }
 }

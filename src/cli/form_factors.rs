@@ -18,9 +18,10 @@ use crate::{
         lightmap::{
             hemicube::delta_form_factors,
             item_buffer::{ItemBuffers, Row, Viewpoint},
-            patches::lamps_of,
+            lamps::lamps_of,
         },
     },
+    math::ratio_or_zero,
     scene::{Scene, Tessellation, area_light::AreaLightState, reflectance::triangle_mean_reflectance},
     solver::{
         Solution, SolutionInfo, SolveSettings,
@@ -94,10 +95,11 @@ pub struct FormFactorsReport {
 }
 
 /// Patches: the elements of a tessellation.
-struct Patches {
+struct Patches<'a> {
+    scene: &'a Scene,
     tessellation: Tessellation,
-    corners: Vec<[Vec3; 3]>,
     viewpoints: Vec<Viewpoint>,
+    /// Without the holes that textures cut.
     areas: Vec<f32>,
 }
 
@@ -124,7 +126,7 @@ pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outco
         areas: patches.areas.clone(),
         rows: all_rows(&buffers, &patches.viewpoints, |done| progress.update(done, "hemicubes"))?,
     };
-    let direct = direct_irradiance(&buffers, &loaded.scene, &patches, light)?;
+    let direct = direct_irradiance(&buffers, &patches, light)?;
     let mut report = FormFactorsReport {
         patches: patches.areas.len(),
         resolution: args.resolution,
@@ -149,7 +151,7 @@ pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outco
         .map(|patch| (factors.gathered(patch, &radiosity) - emitted[patch]).max(Vec3::ZERO))
         .collect();
     if let Some(path) = &args.output {
-        files::write_solution(path, &solution(&loaded, args, light, &patches.tessellation, [&direct, &indirect]))?;
+        files::write_solution(path, &solution(&loaded, args, light, &patches, [&direct, &indirect]))?;
     }
     if args.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
@@ -159,8 +161,8 @@ pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-impl Patches {
-    fn new(scene: &Scene, subdivide: u32) -> anyhow::Result<Self> {
+impl<'a> Patches<'a> {
+    fn new(scene: &'a Scene, subdivide: u32) -> anyhow::Result<Self> {
         let settings = SolveSettings { subdivide, ..SolveSettings::default() };
         if let Some(problem) = settings.problem() {
             bail!("{problem}");
@@ -168,7 +170,6 @@ impl Patches {
         let tessellation = Tessellation::new(scene, &settings.tessellation()).map_err(anyhow::Error::msg)?;
         let mesh = &tessellation.mesh;
         let count = mesh.triangles.len() as u32;
-        let corners: Vec<[Vec3; 3]> = (0..count).map(|element| mesh.corners(element)).collect();
         let viewpoint = |element: u32| {
             let corners = mesh.corners(element);
             let normal = scene.mesh.geometric_normal(tessellation.scene_triangle[element as usize]);
@@ -176,11 +177,29 @@ impl Patches {
         };
         Ok(Self {
             viewpoints: (0..count).map(viewpoint).collect(),
-            areas: (0..count).map(|element| mesh.area(element)).collect(),
-            corners,
+            areas: (0..count).map(|element| mesh.area(element) * opaque_share(scene, &tessellation, element)).collect(),
+            scene,
             tessellation,
         })
     }
+}
+
+/// The part of an element that is no hole, by the points of a grid.
+fn opaque_share(scene: &Scene, tessellation: &Tessellation, element: u32) -> f32 {
+    const SIDE: u32 = 16;
+    let triangle = tessellation.scene_triangle[element as usize];
+    if !scene.may_be_cut_out(triangle) {
+        return 1.0;
+    }
+    let [a, b, c] = tessellation.corner_barycentrics[element as usize];
+    let thirds = |index: u32| (index as f32 + 1.0 / 3.0) / SIDE as f32;
+    let points = (0..SIDE).flat_map(|row| (0..SIDE - row).map(move |column| (thirds(column), thirds(row))));
+    let (mut opaque, mut all) = (0, 0);
+    for (u, v) in points {
+        opaque += u32::from(!scene.is_cut_out(triangle, a + u * (b - a) + v * (c - a)));
+        all += 1;
+    }
+    opaque as f32 / all as f32
 }
 
 fn weights(kind: Weights, resolution: u32) -> Vec<f32> {
@@ -195,11 +214,12 @@ fn weights(kind: Weights, resolution: u32) -> Vec<f32> {
 
 fn item_buffers(
     card: &(wgpu::Device, wgpu::Queue),
-    patches: &Patches,
+    patches: &Patches<'_>,
     resolution: u32,
     weights: &[f32],
 ) -> anyhow::Result<ItemBuffers> {
-    ItemBuffers::new((&card.0, &card.1), &patches.corners, resolution, weights).map_err(anyhow::Error::msg)
+    let elements = (patches.scene, &patches.tessellation);
+    ItemBuffers::of_elements((&card.0, &card.1), elements, resolution, weights).map_err(anyhow::Error::msg)
 }
 
 fn all_rows(buffers: &ItemBuffers, viewpoints: &[Viewpoint], mut report: impl FnMut(f32)) -> anyhow::Result<Vec<Row>> {
@@ -214,19 +234,19 @@ fn all_rows(buffers: &ItemBuffers, viewpoints: &[Viewpoint], mut report: impl Fn
 /// What the placed light gives to each patch: the light's own rows, turned round (A_i F_ij = A_j F_ji).
 fn direct_irradiance(
     buffers: &ItemBuffers,
-    scene: &Scene,
-    patches: &Patches,
+    patches: &Patches<'_>,
     light: Option<AreaLightState>,
 ) -> anyhow::Result<Vec<Vec3>> {
     /// Parts of the light along each side.
     const LIGHT_SIDE: u32 = 8;
     let mut direct = vec![Vec3::ZERO; patches.areas.len()];
-    let lamps = light.map_or(Vec::new(), |light| lamps_of(&light.to_local(&scene.frame), LIGHT_SIDE));
+    let lamps = light.map_or(Vec::new(), |light| lamps_of(&light.to_local(&patches.scene.frame), LIGHT_SIDE));
     let viewpoints: Vec<Viewpoint> =
         lamps.iter().map(|lamp| Viewpoint { origin: lamp.origin, normal: lamp.normal }).collect();
     for (row, lamp) in all_rows(buffers, &viewpoints, |_| ())?.iter().zip(&lamps) {
         for &(patch, factor) in row {
-            direct[patch as usize] += lamp.area * factor * lamp.radiosity / patches.areas[patch as usize];
+            let share = ratio_or_zero(f64::from(lamp.area * factor), f64::from(patches.areas[patch as usize]));
+            direct[patch as usize] += share as f32 * lamp.radiosity;
         }
     }
     Ok(direct)
@@ -247,20 +267,21 @@ fn solution(
     loaded: &LoadedScene,
     args: &FormFactorsArgs,
     light: Option<AreaLightState>,
-    tessellation: &Tessellation,
+    patches: &Patches<'_>,
     fields: [&[Vec3]; 2],
 ) -> Solution {
+    let tessellation = &patches.tessellation;
     let mesh = &tessellation.mesh;
-    let areas = tessellation.vertex_areas();
-    let at_vertices = |field: &[Vec3]| {
-        let mut values = vec![Vec3::ZERO; mesh.positions.len()];
-        for (element, corners) in mesh.triangles.iter().enumerate() {
-            for &vertex in corners {
-                let share = mesh.area(element as u32) / 3.0 / areas[vertex as usize];
-                values[vertex as usize] += share * field[element];
+    let at_vertices = |field: &[Vec3]| -> Vec<Vec3> {
+        let mut sums = vec![(Vec3::ZERO, 0.0); mesh.positions.len()];
+        for ((corners, value), area) in mesh.triangles.iter().zip(field).zip(&patches.areas) {
+            for vertex in corners {
+                let (sum, whole) = &mut sums[*vertex as usize];
+                *sum += *area * *value;
+                *whole += area;
             }
         }
-        values
+        sums.into_iter().map(|(sum, whole)| if whole > 0.0 { sum / whole } else { Vec3::ZERO }).collect()
     };
     Solution {
         info: SolutionInfo {
@@ -280,7 +301,7 @@ fn solution(
 }
 
 /// Resolutions and weights against the finest delta form factors.
-fn print_table(card: &(wgpu::Device, wgpu::Queue), patches: &Patches) -> anyhow::Result<Outcome> {
+fn print_table(card: &(wgpu::Device, wgpu::Queue), patches: &Patches<'_>) -> anyhow::Result<Outcome> {
     const FINEST: u32 = 512;
     let rows_of = |kind, resolution| -> anyhow::Result<FormFactors> {
         let buffers = item_buffers(card, patches, resolution, &weights(kind, resolution))?;

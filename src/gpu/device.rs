@@ -32,6 +32,22 @@ pub fn devices() -> Vec<FoundDevice> {
     found
 }
 
+/// What is asked of an adapter, with a window or without: the limits of WebGPU's core as far as it has them, its own limits
+/// of memory, and its clock, if it has one.
+pub fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    let limits = adapter.limits();
+    wgpu::DeviceDescriptor {
+        label: Some("radiosity"),
+        required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+        required_limits: wgpu::Limits {
+            max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
+            max_buffer_size: limits.max_buffer_size,
+            ..wgpu::Limits::default().or_worse_values_from(&limits)
+        },
+        ..wgpu::DeviceDescriptor::default()
+    }
+}
+
 /// What a device with these limits lacks for solving, if anything.
 pub fn missing_limit(limits: &wgpu::Limits) -> Option<&'static str> {
     if limits.max_storage_buffers_per_shader_stage < 8 {
@@ -52,22 +68,12 @@ impl FoundDevice {
         Self { info, limits, problem: problem.map(String::from), adapter }
     }
 
-    /// Opens it, with the limits of WebGPU's core as far as it has them, and its own limits of memory.
+    /// Opens it.
     ///
     /// # Errors
     /// One line, if the driver refuses.
     pub fn open(&self) -> Result<(wgpu::Device, wgpu::Queue), String> {
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("headless"),
-            required_features: self.adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-            required_limits: wgpu::Limits {
-                max_storage_buffer_binding_size: self.limits.max_storage_buffer_binding_size,
-                max_buffer_size: self.limits.max_buffer_size,
-                ..wgpu::Limits::default().or_worse_values_from(&self.limits)
-            },
-            ..wgpu::DeviceDescriptor::default()
-        };
-        let opened = pollster::block_on(self.adapter.request_device(&descriptor));
+        let opened = pollster::block_on(self.adapter.request_device(&descriptor(&self.adapter)));
         opened.map_err(|error| format!("{}: the graphics driver failed: {error}", self.info.name))
     }
 }

@@ -29,6 +29,19 @@ pub enum Attenuation {
     Patch,
 }
 
+/// What is shown and written for the light that has still to be shot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Ambient {
+    /// Nothing.
+    Off,
+    /// As much as it will be in the mean, evenly over the scene (Cohen et al. 1988, ambient term).
+    Even,
+    /// As much again, on every texel, as came while the unshot power last halved.
+    #[default]
+    Trend,
+}
+
 /// When the window shows what was added.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -37,7 +50,7 @@ pub enum PageUpdate {
     #[default]
     Continuous,
     /// Once all shooters that were chosen together have shot.
-    Group,
+    Batch,
 }
 
 /// Everything that a solve on the card depends on besides the scene, the light and the lightmap.
@@ -50,7 +63,7 @@ pub struct GpuSettings {
     /// Texels along the side of a group that shoots as one, where other surfaces are near: 1, 2, 4, 8 or 16.
     #[arg(long, value_name = "TEXELS", default_value_t = GpuSettings::default().group)]
     pub group: u32,
-    /// The same where no other surface is nearer than the group is wide: 1 to 64, but not less than `group`.
+    /// The same where no other surface is near, or little light is left: 1 to 64, but not less than `group`.
     #[arg(long, value_name = "TEXELS", default_value_t = GpuSettings::default().far_group)]
     pub far_group: u32,
     /// Who shoots next.
@@ -74,13 +87,12 @@ pub struct GpuSettings {
     /// The nearest pixel of a hemicube decides what is seen; otherwise the four around, weighted (percentage-closer filtering).
     #[arg(long)]
     pub no_filter: bool,
-    /// Shooters that are chosen at once; 0 for one in sixteen groups, 32 at most.
+    /// Shooters that are chosen at once; 0 for one in 32 groups, 32 at most.
     #[arg(long, value_name = "N", default_value_t = GpuSettings::default().batch)]
     pub batch: u32,
-    /// Adds the light that has still to be shot, spread evenly over the scene, to what is shown and written (Cohen et al.
-    /// 1988, ambient term).
-    #[arg(long)]
-    pub ambient: bool,
+    /// What is shown and written for the light that has still to be shot.
+    #[arg(long, value_enum, default_value_t = GpuSettings::default().ambient)]
+    pub ambient: Ambient,
     /// When the window shows what was added.
     #[arg(long, value_enum, default_value_t = GpuSettings::default().update)]
     pub update: PageUpdate,
@@ -99,11 +111,11 @@ impl Default for GpuSettings {
             attenuation: Attenuation::Physical,
             hemicube: 64,
             light_hemicube: 256,
-            light_side: 8,
+            light_side: 5,
             bias: 0.5,
             no_filter: false,
             batch: 0,
-            ambient: false,
+            ambient: Ambient::Trend,
             update: PageUpdate::Continuous,
             device_memory: 4096,
         }

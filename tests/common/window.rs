@@ -11,7 +11,7 @@ use egui_kittest::Harness;
 use glam::DVec3;
 use image::RgbaImage;
 use radiosity::{
-    app::{App, loader, notices::Level},
+    app::{self, App, loader, notices::Level},
     files::loaded_scene::{self, LoadedScene},
     gpu::device,
 };
@@ -42,7 +42,8 @@ pub(crate) fn window_of(scene: &Path, folder: &Path, size: [f32; 2], scale: f32)
     let opened = loader::prepare(loaded, warnings).unwrap();
     let folder = folder.to_path_buf();
     let builder = Harness::builder().with_size(size).with_pixels_per_point(scale);
-    let mut harness = builder.wgpu().build_eframe(|creation| App::new(creation, opened, &folder));
+    let mut harness =
+        builder.wgpu_setup(app::wgpu_setup().into()).build_eframe(|creation| App::new(creation, opened, &folder));
     harness.run_steps(4);
     harness
 }

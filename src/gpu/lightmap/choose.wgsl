@@ -1,6 +1,6 @@
 // Which groups shoot next: those of the most unshot power, found by reduction over tiles of 256 groups.
 // Group 0: settings, receivers, groups, unshot radiosity, power by group, best of each tile, chosen, shooters, charts,
-// the chart that shoots, shots of each texel.
+// the chart that shoots, shots of each texel, power of the groups that may shoot.
 
 @group(0) @binding(0) var<uniform> settings: Settings;
 @group(0) @binding(1) var<storage, read> receivers: array<Receiver>;
@@ -15,6 +15,8 @@
 @group(0) @binding(9) var<storage, read_write> order: Order;
 // The shooter, counted from 1, that a texel first shot with (0: none yet), and how often it has shot.
 @group(0) @binding(10) var<storage, read_write> shots: array<vec2u>;
+// Power of the groups that may shoot now.
+@group(0) @binding(11) var<storage, read_write> offered: array<f32>;
 
 struct ChartGroups {
     first: u32,
@@ -58,21 +60,39 @@ fn reduce_candidates(local: u32) {
 }
 
 @compute @workgroup_size(256)
-fn find_power(
+fn find_power(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= settings.group_count {
+        return;
+    }
+    let group = groups[id.x];
+    var sum = 0.0;
+    for (var index = group.first; index < group.first + group.count; index++) {
+        let radiosity = unshot[index];
+        sum += (radiosity.x + radiosity.y + radiosity.z) * receivers[index].area;
+    }
+    power[id.x] = sum;
+}
+
+// True if a group has little enough power to shoot as one.
+fn is_small(group: u32) -> bool {
+    return power[group] <= groups[group].most_power;
+}
+
+// Offered is, of each group and its parts, the largest that may shoot as one: so no two of them have a texel in common.
+@compute @workgroup_size(256)
+fn find_best(
     @builtin(global_invocation_id) id: vec3u,
     @builtin(local_invocation_index) local: u32,
     @builtin(workgroup_id) tile: vec3u,
 ) {
     candidates[local] = Best(0.0, NO_GROUP);
     if id.x < settings.group_count {
-        let group = groups[id.x];
-        var sum = 0.0;
-        for (var index = group.first; index < group.first + group.count; index++) {
-            let radiosity = unshot[index];
-            sum += (radiosity.x + radiosity.y + radiosity.z) * receivers[index].area;
+        var is_offered = is_small(id.x);
+        for (var above = groups[id.x].parent; above != NO_GROUP; above = groups[above].parent) {
+            is_offered = is_offered && !is_small(above);
         }
-        power[id.x] = sum;
-        candidates[local] = Best(sum, id.x);
+        offered[id.x] = select(0.0, power[id.x], is_offered);
+        candidates[local] = Best(offered[id.x], id.x);
     }
     reduce_candidates(local);
     if local == 0u {
@@ -97,10 +117,10 @@ fn choose(@builtin(local_invocation_index) local: u32) {
         let mine = tile * 256u + local;
         candidates[local] = Best(0.0, NO_GROUP);
         if mine < settings.group_count && mine != found.group {
-            candidates[local] = Best(power[mine], mine);
+            candidates[local] = Best(offered[mine], mine);
         }
         if mine == found.group {
-            power[mine] = 0.0;
+            offered[mine] = 0.0;
         }
         reduce_candidates(local);
         if local == 0u {
@@ -120,7 +140,7 @@ fn choose_mesh(@builtin(local_invocation_index) local: u32) {
         for (var chart = local; chart < arrayLength(&charts); chart += 256u) {
             var sum = 0.0;
             for (var group = charts[chart].first; group < charts[chart].first + charts[chart].count; group++) {
-                sum += power[group];
+                sum += offered[group];
             }
             best = better(best, Best(sum / charts[chart].area, chart));
         }
@@ -135,7 +155,7 @@ fn choose_mesh(@builtin(local_invocation_index) local: u32) {
             let is_left = order.next < order.end;
             chosen[slot] = select(NO_GROUP, order.next, is_left);
             if is_left {
-                power[order.next] = 0.0;
+                offered[order.next] = 0.0;
                 order.next += 1u;
             }
         }

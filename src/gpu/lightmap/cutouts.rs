@@ -15,6 +15,32 @@ pub(super) struct CutoutVertex {
     /// Number of the [`Mask`].
     mask: u32,
     texcoord: Vec2,
+    /// What item buffers show of its triangle.
+    item: u32,
+}
+
+/// A triangle of a surface that a texture cuts holes into.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct CutTriangle {
+    /// Its number in item buffers.
+    pub(super) item: u32,
+    /// The scene's triangle that it is a part of.
+    pub(super) scene_triangle: u32,
+    /// Its corners.
+    pub(super) corners: [Vec3; 3],
+    /// And where they lie in the scene's triangle, in barycentric coordinates.
+    pub(super) places: [Vec2; 3],
+}
+
+/// All triangles of a scene that have a mask.
+fn of_scene(scene: &Scene) -> impl Iterator<Item = CutTriangle> + '_ {
+    let masked = (0..scene.mesh.triangles.len() as u32).filter(|triangle| has_mask(scene, *triangle));
+    masked.map(|triangle| CutTriangle {
+        item: triangle,
+        scene_triangle: triangle,
+        corners: scene.mesh.corners(triangle),
+        places: [Vec2::ZERO, Vec2::X, Vec2::Y],
+    })
 }
 
 /// The opacity of a material, laid out as `Mask` in `cutouts.wgsl`.
@@ -42,7 +68,7 @@ struct Cutouts {
 }
 
 impl Cutouts {
-    fn of(scene: &Scene) -> Self {
+    fn of(scene: &Scene, triangles: impl Iterator<Item = CutTriangle>) -> Self {
         let mut found = Self { masks: vec![Mask::default(); scene.materials.len()], ..Self::default() };
         for (material, mask) in scene.materials.iter().zip(&mut found.masks) {
             let Some(texture) = material.opacity_texture.map(|index| &scene.textures[index as usize]) else { continue };
@@ -52,13 +78,11 @@ impl Cutouts {
             *mask = Mask { first, width, height, filtered, opacity: material.opacity };
             found.opacities.extend(texture.texels().iter().map(|texel| texel[3]));
         }
-        for triangle in 0..scene.mesh.triangles.len() as u32 {
-            if has_mask(scene, triangle) {
-                let mask = scene.mesh.material_indices[triangle as usize];
-                let places = [Vec2::ZERO, Vec2::X, Vec2::Y].map(|place| scene.mesh.texcoord(triangle, place));
-                let corners = scene.mesh.corners(triangle).into_iter().zip(places);
-                found.vertices.extend(corners.map(|(position, texcoord)| CutoutVertex { position, mask, texcoord }));
-            }
+        for CutTriangle { item, scene_triangle, corners, places } in triangles {
+            let mask = scene.mesh.material_indices[scene_triangle as usize];
+            let places = places.map(|place| scene.mesh.texcoord(scene_triangle, place));
+            let vertex = |(position, texcoord)| CutoutVertex { position, mask, texcoord, item };
+            found.vertices.extend(corners.into_iter().zip(places).map(vertex));
         }
         found.opacities.resize(found.opacities.len().next_multiple_of(4), 0);
         found
@@ -81,7 +105,16 @@ pub(super) struct CutoutBuffers {
 impl CutoutBuffers {
     /// Uploads what a scene has of them; none if it has none.
     pub(super) fn new(device: &wgpu::Device, scene: &Scene) -> Option<Self> {
-        let found = Cutouts::of(scene);
+        Self::of(device, scene, of_scene(scene))
+    }
+
+    /// Uploads some triangles, of materials with holes; none if there are none.
+    pub(super) fn of(
+        device: &wgpu::Device,
+        scene: &Scene,
+        triangles: impl Iterator<Item = CutTriangle>,
+    ) -> Option<Self> {
+        let found = Cutouts::of(scene, triangles);
         if found.vertices.is_empty() {
             return None;
         }
@@ -112,18 +145,24 @@ pub(super) struct CutoutPass {
 }
 
 impl CutoutPass {
-    /// `shader` is `cutouts.wgsl`, or another in its place.
-    pub(super) fn new(device: &wgpu::Device, shader: &str, buffers: &CutoutBuffers) -> Self {
+    /// `shader` is `cutouts.wgsl`, or another in its place; `fragment` as in [`FaceDraw`].
+    pub(super) fn new(
+        device: &wgpu::Device,
+        shader: &str,
+        buffers: &CutoutBuffers,
+        fragment: (&str, Option<wgpu::TextureFormat>),
+    ) -> Self {
         let attributes = [
             wgpu::VertexAttribute { format: wgpu::VertexFormat::Float32x3, offset: 0, shader_location: 0 },
             wgpu::VertexAttribute { format: wgpu::VertexFormat::Uint32, offset: 12, shader_location: 4 },
             wgpu::VertexAttribute { format: wgpu::VertexFormat::Float32x2, offset: 16, shader_location: 5 },
+            wgpu::VertexAttribute { format: wgpu::VertexFormat::Uint32, offset: 24, shader_location: 6 },
         ];
         let draw = FaceDraw {
             label: "cut-outs",
             module: &module(device, "cutouts.wgsl", shader),
             vertex: (size_of::<CutoutVertex>(), &attributes),
-            fragment: Some(("cut_out", None)),
+            fragment: Some(fragment),
         };
         let pipeline = face_pipeline(device, &draw);
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -1,4 +1,4 @@
-// Depth on a hemicube's face of triangles that a texture cuts holes into. Group 0: the masks, and their opacities, four
+// Triangles that a texture cuts holes into, on a hemicube's face: their depth, or their items. Group 0: the masks, and their opacities, four
 // bytes a word.
 
 struct Mask {
@@ -16,6 +16,7 @@ struct Varyings {
     @builtin(position) position: vec4f,
     @location(0) texcoord: vec2f,
     @location(1) @interpolate(flat) mask: u32,
+    @location(2) @interpolate(flat) item: u32,
 }
 
 @group(0) @binding(0) var<storage, read> masks: array<Mask>;
@@ -26,9 +27,10 @@ fn to_face(
     @location(0) position: vec3f,
     @location(4) mask: u32,
     @location(5) texcoord: vec2f,
+    @location(6) item: u32,
     face: Instance,
 ) -> Varyings {
-    return Varyings(on_face(position, face), texcoord, mask);
+    return Varyings(on_face(position, face), texcoord, mask, item);
 }
 
 // The opacity of a texel; the texture repeats.
@@ -55,10 +57,23 @@ fn sampled(mask: Mask, texcoord: vec2f) -> f32 {
     return mix(top, bottom, fraction.y);
 }
 
+fn is_hole(varyings: Varyings) -> bool {
+    let mask = masks[varyings.mask];
+    return mask.opacity * sampled(mask, varyings.texcoord) < 0.5;
+}
+
 @fragment
 fn cut_out(varyings: Varyings) {
-    let mask = masks[varyings.mask];
-    if mask.opacity * sampled(mask, varyings.texcoord) < 0.5 {
+    if is_hole(varyings) {
         discard;
     }
+}
+
+// As `item_buffer.wgsl` writes it.
+@fragment
+fn cut_out_item(varyings: Varyings, @builtin(front_facing) is_front: bool) -> @location(0) u32 {
+    if is_hole(varyings) {
+        discard;
+    }
+    return select(0u, varyings.item + 1u, is_front);
 }

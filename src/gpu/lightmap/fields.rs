@@ -2,25 +2,53 @@
 
 use glam::{Vec3, Vec4};
 
-use super::{GpuLedger, GpuSolver, pages::Stage, readback::read_copy, timing::Pass};
-use crate::math::ratio_or_zero;
+use super::{GpuSolver, pages::Stage, readback::read_copy, timing::Pass};
+
+/// What the work of a solve is, in numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveSize {
+    /// Texels that light arrives at.
+    pub texels: usize,
+    /// Groups of them that shoot as one.
+    pub groups: usize,
+    /// Shooters that the lights are cut into.
+    pub lamps: usize,
+    /// Bytes on the device.
+    pub bytes: u64,
+    /// Open area of all texels, in m².
+    pub square_metres: f64,
+}
 
 /// The fields of a solve, by texel of the atlas [W/m²].
 #[derive(Clone, Debug, PartialEq)]
 pub struct TexelFields {
     /// Irradiance of the lights alone.
     pub direct: Vec<Vec3>,
-    /// All irradiance so far.
+    /// All irradiance so far, and what is added for the light that has still to be shot.
     pub total: Vec<Vec3>,
 }
 
 impl GpuSolver {
+    /// How much there is to do.
+    pub fn size(&self) -> SolveSize {
+        SolveSize {
+            texels: self.patches.receivers.len(),
+            groups: self.patches.groups.len(),
+            lamps: self.patches.lamps.len(),
+            bytes: self.bytes,
+            square_metres: f64::from(self.open_area()) * self.square_metres,
+        }
+    }
+
+    pub(super) fn open_area(&self) -> f32 {
+        self.patches.receivers.iter().map(|receiver| receiver.area).sum()
+    }
+
     /// Fills the pages with what a view is to show. They stay on the card.
     pub fn fill_pages(&mut self, stage: Stage) -> Result<(), String> {
-        let ambient = if self.settings.ambient { self.ambient_irradiance() } else { Vec3::ZERO };
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = self.timer.compute(&mut encoder, Pass::Pages);
-        self.pages.record(&self.queue, &mut pass, (stage, self.ledger.shooters, ambient));
+        self.pages.record(&self.queue, &mut pass, (stage, self.ledger.shooters, self.rest()));
         drop(pass);
         self.timer.resolve(&mut encoder);
         self.queue.submit([encoder.finish()]);
@@ -38,18 +66,6 @@ impl GpuSolver {
         (&self.hemicubes.pass.depth, self.hemicubes.pass.layout.size())
     }
 
-    /// What the light that has still to be shot will add to every texel in the mean: its power by the area of all
-    /// texels, reflected over and over at their mean reflectance (Cohen, Chen, Wallace and Greenberg 1988, the ambient
-    /// term); less the part that leaves the scene, as far as is known.
-    pub fn ambient_irradiance(&self) -> Vec3 {
-        let area = self.open_area();
-        let reflected: Vec3 = self.patches.receivers.iter().map(|receiver| receiver.area * receiver.reflectance).sum();
-        let GpuLedger { arrived, escaped, unshot, .. } = self.ledger;
-        let inside = ratio_or_zero(arrived.element_sum(), (arrived + escaped).element_sum()) as f32;
-        let mean = inside * (unshot / self.square_metres).as_vec3() / area;
-        mean / (1.0 - inside * reflected / area)
-    }
-
     /// Reads the fields back, for a file or a comparison.
     ///
     /// # Errors
@@ -63,9 +79,13 @@ impl GpuSolver {
         let direct = if all_lamps { &self.buffers.direct } else { &self.buffers.irradiance };
         let mut fields =
             TexelFields { direct: self.texel_field(direct)?, total: self.texel_field(&self.buffers.irradiance)? };
-        if self.settings.ambient {
-            let ambient = self.ambient_irradiance();
-            self.patches.texel_of_receiver.iter().for_each(|texel| fields.total[*texel as usize] += ambient);
+        let rest = self.rest();
+        if rest.even != Vec3::ZERO {
+            self.patches.texel_of_receiver.iter().for_each(|texel| fields.total[*texel as usize] += rest.even);
+        }
+        if rest.trend != Vec3::ZERO {
+            let before = self.texel_field(&self.buffers.older)?;
+            fields.total.iter_mut().zip(before).for_each(|(total, before)| *total += rest.trend * (*total - before));
         }
         Ok(fields)
     }

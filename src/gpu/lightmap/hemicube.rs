@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::Vec2;
 
 use super::{
-    cutouts::{CutoutBuffers, CutoutPass, has_mask},
+    cutouts::{CutoutBuffers, CutoutPass},
     pipelines::{FaceDraw, POSITIONS, face_pipeline, module},
     shaders::Shaders,
 };
@@ -100,8 +100,7 @@ impl SceneBuffers {
 
     /// Uploads the triangles that hide what lies behind them.
     pub fn new(device: &wgpu::Device, scene: &Scene) -> Self {
-        let is_opaque = |triangle: &u32| !has_mask(scene, *triangle) && scene.material(*triangle).opacity >= 0.5;
-        let triangles = (0..scene.mesh.triangles.len() as u32).filter(is_opaque);
+        let triangles = (0..scene.mesh.triangles.len() as u32).filter(|triangle| !scene.may_be_cut_out(*triangle));
         let indices: Vec<u32> = triangles.flat_map(|triangle| scene.mesh.triangles[triangle as usize]).collect();
         let buffer = |label, bytes: &[u8], usage| {
             wgpu::util::DeviceExt::create_buffer_init(
@@ -163,7 +162,8 @@ impl HemicubePass {
             vertex: POSITIONS,
             fragment: None,
         };
-        let cutouts = scene.cutouts.as_ref().map(|buffers| CutoutPass::new(device, &shaders.cutouts, buffers));
+        let cutouts =
+            scene.cutouts.as_ref().map(|buffers| CutoutPass::new(device, &shaders.cutouts, buffers, ("cut_out", None)));
         Self { layout, depth, pipeline: face_pipeline(device, &draw), cutouts }
     }
 

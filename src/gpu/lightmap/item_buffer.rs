@@ -5,12 +5,14 @@ use glam::Vec3;
 use wgpu::util::DeviceExt as _;
 
 use super::{
+    cutouts::{CutTriangle, CutoutBuffers, CutoutPass, has_mask},
     hemicube::{FACE_COUNT, NEAR, TileLayout},
     patches::{BatchSettings, Face, Shooter},
     pipelines::{FaceDraw, POSITIONS, compute_pipeline, face_pipeline, module},
     readback::read_copy,
-    shaders::{FACES_WGSL, ON_FACE_WGSL, PATCHES_WGSL},
+    shaders::{CUTOUTS_WGSL, FACES_WGSL, ON_FACE_WGSL, PATCHES_WGSL},
 };
+use crate::scene::{Scene, Tessellation};
 
 /// The shader that draws items.
 pub const ITEM_BUFFER_WGSL: &str = include_str!("item_buffer.wgsl");
@@ -42,6 +44,7 @@ pub struct ItemBuffers {
     triangle_count: u32,
     positions: wgpu::Buffer,
     draw: wgpu::RenderPipeline,
+    cutouts: Option<(CutoutPass, CutoutBuffers)>,
     find_faces: wgpu::ComputePipeline,
     add_pixels: wgpu::ComputePipeline,
     settings: wgpu::Buffer,
@@ -54,7 +57,45 @@ pub struct ItemBuffers {
     depth: wgpu::TextureView,
 }
 
+/// What item buffers show.
+const ITEM_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+
 impl ItemBuffers {
+    /// For the elements of a scene, with the holes that its materials cut into them; the rest as [`Self::new`].
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of_elements(
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        (scene, elements): (&Scene, &Tessellation),
+        resolution: u32,
+        weights: &[f32],
+    ) -> Result<Self, String> {
+        let mesh = &elements.mesh;
+        let count = mesh.triangles.len() as u32;
+        let scene_triangle = |element: u32| elements.scene_triangle[element as usize];
+        // What may have holes keeps its number, and shows nothing here.
+        let opaque = |element: u32| match scene.may_be_cut_out(scene_triangle(element)) {
+            true => [mesh.corners(element)[0]; 3],
+            false => mesh.corners(element),
+        };
+        let triangles: Vec<[Vec3; 3]> = (0..count).map(opaque).collect();
+        let made = Self::new((device, queue), &triangles, resolution, weights)?;
+        let masked = (0..count).filter(|element| has_mask(scene, scene_triangle(*element)));
+        let cut = masked.map(|element| CutTriangle {
+            item: element,
+            scene_triangle: scene_triangle(element),
+            corners: mesh.corners(element),
+            places: elements.corner_barycentrics[element as usize],
+        });
+        let cutouts = CutoutBuffers::of(device, scene, cut).map(|buffers| {
+            let shader = format!("{ON_FACE_WGSL}{CUTOUTS_WGSL}");
+            let fragment = ("cut_out_item", Some(ITEM_FORMAT));
+            (CutoutPass::new(device, &shader, &buffers, fragment), buffers)
+        });
+        Ok(Self { cutouts, ..made })
+    }
+
     /// For triangles given by their corners, and hemicubes of `resolution` pixels (even) whose pixels have `weights`
     /// (3 `resolution`² of them; see [`super::hemicube::delta_form_factors`]).
     ///
@@ -86,7 +127,7 @@ impl ItemBuffers {
             });
             texture.create_view(&wgpu::TextureViewDescriptor::default())
         };
-        let items = target(wgpu::TextureFormat::R32Uint, wgpu::TextureUsages::TEXTURE_BINDING);
+        let items = target(ITEM_FORMAT, wgpu::TextureUsages::TEXTURE_BINDING);
         let depth = target(wgpu::TextureFormat::Depth32Float, wgpu::TextureUsages::empty());
         let filled = |contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
@@ -126,9 +167,10 @@ impl ItemBuffers {
                     label: "item buffer",
                     module: &items_shader,
                     vertex: POSITIONS,
-                    fragment: Some(("write_item", Some(wgpu::TextureFormat::R32Uint))),
+                    fragment: Some(("write_item", Some(ITEM_FORMAT))),
                 },
             ),
+            cutouts: None,
             find_faces,
             add_pixels,
             settings,
@@ -225,6 +267,13 @@ impl ItemBuffers {
         for instance in 0..slots * FACE_COUNT {
             self.layout.aim(&mut pass, instance);
             pass.draw(0..3 * self.triangle_count, instance..instance + 1);
+        }
+        if let Some((cutouts, buffers)) = &self.cutouts {
+            let corners = cutouts.begin(&mut pass, buffers);
+            for instance in 0..slots * FACE_COUNT {
+                self.layout.aim(&mut pass, instance);
+                pass.draw(0..corners, instance..instance + 1);
+            }
         }
         drop(pass);
         encoder

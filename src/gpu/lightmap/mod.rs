@@ -11,8 +11,10 @@
 
 pub mod cutouts;
 pub mod fields;
+mod groups;
 pub mod hemicube;
 pub mod item_buffer;
+pub mod lamps;
 mod ledger;
 pub mod pace;
 pub mod pages;
@@ -20,6 +22,7 @@ pub mod patches;
 mod pipelines;
 mod readback;
 mod resources;
+mod rest;
 pub mod shaders;
 pub mod solver;
 pub mod timing;

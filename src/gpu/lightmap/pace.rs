@@ -9,7 +9,10 @@ use std::{ops::Range, time::Duration};
 use super::hemicube::FACE_COUNT;
 
 /// What a submission should take, if nothing else is asked for.
-pub const SUBMISSION_TIME: Duration = Duration::from_millis(40);
+pub const SUBMISSION_TIME: Duration = Duration::from_millis(25);
+
+/// The part of that which is left to hemicubes and receivers where shooters are chosen, too.
+const BESIDE_CHOICE: f64 = 0.5;
 
 /// Receivers of a submission are a multiple of this: the threads of a workgroup.
 const GRAIN: u32 = 64;
@@ -53,7 +56,7 @@ impl Batch {
     /// Takes the next submission out of it.
     pub fn next(&mut self, pace: &Pace, receiver_count: u32) -> Submission {
         let begins = self.faces_done == 0;
-        let budget = pace.submission_time.as_secs_f64();
+        let budget = pace.submission_time.as_secs_f64() * if begins { BESIDE_CHOICE } else { 1.0 };
         let one_slot = f64::from(FACE_COUNT) * pace.per_face + f64::from(receiver_count) * pace.per_pair;
         let whole = ((budget / one_slot) as u32).min(self.slots - self.slots_done);
         let is_between = self.faces_done == FACE_COUNT * self.slots_done;
@@ -62,7 +65,7 @@ impl Batch {
             let faces = FACE_COUNT * slots.start..FACE_COUNT * slots.end;
             Submission { begins, faces, slots, receivers: 0..receiver_count, completes: true }
         } else {
-            self.part_of_a_slot(pace, receiver_count)
+            self.part_of_a_slot(pace, budget, receiver_count)
         };
         submission.begins = begins;
         self.faces_done = submission.faces.end.max(self.faces_done);
@@ -74,8 +77,7 @@ impl Batch {
     }
 
     /// Some faces of one shooter; or, once all are drawn, some receivers.
-    fn part_of_a_slot(&self, pace: &Pace, receiver_count: u32) -> Submission {
-        let budget = pace.submission_time.as_secs_f64();
+    fn part_of_a_slot(&self, pace: &Pace, budget: f64, receiver_count: u32) -> Submission {
         let slot = self.slots_done;
         let last_face = FACE_COUNT * (slot + 1);
         if self.faces_done < last_face {

@@ -7,6 +7,7 @@ use super::{
     patches::Patches,
     pipelines::{compute_pipeline, module},
     resources::Buffers,
+    rest::Rest,
     shaders::Shaders,
 };
 use crate::lightmap::{Atlas, dilate::Fill, fill_rings};
@@ -14,7 +15,7 @@ use crate::lightmap::{Atlas, dilate::Fill, fill_rings};
 /// What the pages hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Stage {
-    /// Irradiance, all of it so far.
+    /// Irradiance, with what is added for the light that has still to be shot.
     #[default]
     Irradiance,
     /// Irradiance of the lights alone.
@@ -55,7 +56,9 @@ impl Stage {
     /// Its name, and what it is.
     pub fn name(self) -> (&'static str, &'static str) {
         match self {
-            Self::Irradiance => ("irradiance", "All irradiance so far"),
+            Self::Irradiance => {
+                ("irradiance", "All irradiance, with what is added for the light that has still to be shot")
+            }
             Self::Direct => ("direct", "Irradiance of the lights alone"),
             Self::Indirect => ("indirect", "Irradiance that was reflected at least once"),
             Self::Unshot => ("unshot", "Radiosity that texels have still to shoot"),
@@ -78,10 +81,14 @@ impl Stage {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct PageSettings {
-    /// Irradiance that is added.
-    pub ambient: Vec3,
+    /// Irradiance that is added everywhere.
+    pub even: Vec3,
     /// A number of [`Stage`].
     pub stage: u32,
+    /// How often what came since a remembered moment is added.
+    pub trend: Vec3,
+    /// Not used.
+    pub spare: f32,
     /// Texels.
     pub receiver_count: u32,
     /// Shooters so far.
@@ -89,7 +96,7 @@ pub struct PageSettings {
     /// Area of the largest texel.
     pub largest_area: f32,
     /// Not used.
-    pub spare: f32,
+    pub spare_too: f32,
 }
 
 /// Bytes of the pages' head: columns, rows, pages and one more number, as u32.
@@ -190,9 +197,10 @@ impl PagePass {
         &self,
         queue: &wgpu::Queue,
         pass: &mut wgpu::ComputePass<'_>,
-        (stage, shooters, ambient): (Stage, u64, Vec3),
+        (stage, shooters, Rest { even, trend }): (Stage, u64, Rest),
     ) {
-        let settings = PageSettings { stage: stage as u32, shooter_count: shooters as u32, ambient, ..self.settings };
+        let stage = stage as u32;
+        let settings = PageSettings { stage, shooter_count: shooters as u32, even, trend, ..self.settings };
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&settings));
         pass.set_pipeline(&self.passes.place);
         pass.set_bind_group(0, &self.passes.place_group, &[]);
@@ -218,13 +226,13 @@ impl Held<'_> {
     fn passes(&self, device: &wgpu::Device, shaders: &Shaders, ring_bytes: &[(u64, u64)]) -> Passes {
         let module = module(device, "pages.wgsl", &shaders.pages);
         let [place, fill] = ["place", "fill"].map(|entry| compute_pipeline(device, &module, entry));
-        let Buffers { receivers, irradiance, direct, unshot, shots, .. } = self.buffers;
+        let Buffers { receivers, irradiance, direct, unshot, shots, older, .. } = self.buffers;
         let group = |pipeline: &wgpu::ComputePipeline, entries: &[wgpu::BindGroupEntry<'_>]| {
             let layout = pipeline.get_bind_group_layout(0);
             device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("pages"), layout: &layout, entries })
         };
         let whole = [self.uniforms, receivers, irradiance, direct, unshot, shots, self.places, self.pages];
-        let entries = (0..).zip(whole);
+        let entries = (0..).zip(whole).chain([(9, older)]);
         let entries: Vec<_> = entries
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();

@@ -1,18 +1,21 @@
 // The pages of a lightmap, for whoever draws them: what is asked for of every open texel, then buried texels and the gutter,
 // ring by ring. Group 0: settings, receivers, irradiance, direct irradiance, unshot radiosity, shots, the pixel of each
-// receiver, pages, pixels of a ring.
+// receiver, pages, pixels of a ring, irradiance at a remembered moment.
 
 struct PageSettings {
-    // Irradiance that is added for what has still to be shot (Cohen et al. 1988).
-    ambient: vec3f,
+    // What is added for light that has still to be shot: irradiance everywhere, and so many times what came since a
+    // remembered moment.
+    even: vec3f,
     // A number of `Stage`.
     stage: u32,
+    trend: vec3f,
+    spare: f32,
     receiver_count: u32,
     // So far.
     shooter_count: u32,
     // Area of the largest texel.
     largest_area: f32,
-    spare: f32,
+    spare_too: f32,
 }
 
 struct Pages {
@@ -39,6 +42,7 @@ struct Fill {
 @group(0) @binding(6) var<storage, read> places: array<vec2u>;
 @group(0) @binding(7) var<storage, read_write> pages: Pages;
 @group(0) @binding(8) var<storage, read> ring: array<Fill>;
+@group(0) @binding(9) var<storage, read> older: array<vec4f>;
 
 // From early to late; never at all is grey.
 fn order_color(index: u32) -> vec3f {
@@ -53,11 +57,17 @@ fn order_color(index: u32) -> vec3f {
     return mix(vec3f(0.85, 0.25, 0.3), vec3f(0.1, 0.15, 0.5), 2.0 * place - 1.0);
 }
 
+// With what is added for the light that has still to be shot.
+fn all_irradiance(index: u32) -> vec3f {
+    let known = irradiance[index].xyz;
+    return known + settings.even + settings.trend * (known - older[index].xyz);
+}
+
 fn stage_value(index: u32) -> vec3f {
     switch settings.stage {
-        case 0u: { return irradiance[index].xyz + settings.ambient; }
+        case 0u: { return all_irradiance(index); }
         case 1u: { return direct[index].xyz; }
-        case 2u: { return irradiance[index].xyz - direct[index].xyz; }
+        case 2u: { return all_irradiance(index) - direct[index].xyz; }
         case 3u: { return unshot[index].xyz; }
         case 4u: { return order_color(index); }
         case 5u: { return vec3f(min(f32(shots[index].y) / 8.0, 1.0)); }

@@ -3,9 +3,13 @@
 
 use glam::{Vec3, Vec4};
 
+use super::{
+    groups::{Levels, groups},
+    lamps::{emitters, lamps_of},
+};
 use crate::{
-    lightmap::{Atlas, Texel, texels::block_key},
-    scene::{AreaLight, mesh::unit_or_zero},
+    lightmap::{Atlas, GpuSettings, ShootingOrder, Texel},
+    scene::AreaLight,
 };
 
 /// Uniforms of a submission, laid out as `Settings` in `patches.wgsl`.
@@ -90,12 +94,12 @@ pub struct Group {
     pub chart: u32,
     /// From its middle to the middle of the next side.
     pub half_v: Vec3,
-    /// Not used.
-    pub spare: f32,
+    /// With more unshot power than this its parts shoot, and not it [W per m² times local units², bands together].
+    pub most_power: f32,
     /// Unit vector in its plane.
     pub tangent: Vec3,
-    /// Not used.
-    pub spare_too: f32,
+    /// The group that it is a part of; `u32::MAX` if there is none.
+    pub parent: u32,
 }
 
 /// A patch that shoots: a parallelogram of one radiosity.
@@ -205,7 +209,7 @@ pub struct Patches {
     pub receivers: Vec<Receiver>,
     /// The number of each receiver's texel in the atlas.
     pub texel_of_receiver: Vec<u32>,
-    /// The groups, each a run of receivers.
+    /// The groups, each a run of receivers; some are parts of others.
     pub groups: Vec<Group>,
     /// The charts, each a run of groups.
     pub charts: Vec<ChartGroups>,
@@ -215,27 +219,35 @@ pub struct Patches {
     pub emitted: Vec3,
 }
 
-/// More emissive groups than this shoot as larger ones.
-const MOST_EMITTERS: usize = 1024;
-/// An emissive surface of fewer texels than this has them cut.
-const FEWEST_EMITTERS: usize = 32;
-
 impl Patches {
-    /// Groups are blocks of 2^n texels a side, n from the first of `levels`, where other surfaces are near, to the second;
-    /// the placed light is cut into `lamp_side`² shooters.
-    pub fn new(atlas: &Atlas, light: Option<&AreaLight>, levels: [u32; 2], lamp_side: u32) -> Self {
+    /// As the settings say, for the placed light, if there is one, and for what emits.
+    pub fn new(atlas: &Atlas, light: Option<&AreaLight>, settings: &GpuSettings) -> Self {
         let open: Vec<u32> =
             (0..atlas.texels.len() as u32).filter(|&index| is_open(&atlas.texels[index as usize])).collect();
         let texels: Vec<&Texel> = open.iter().map(|&index| &atlas.texels[index as usize]).collect();
         let receivers = texels.iter().map(|texel| receiver(texel)).collect();
-        let groups = groups(atlas, &texels, levels);
-        let mut lamps: Vec<Shooter> = light.map_or(Vec::new(), |light| lamps_of(light, lamp_side));
+        let mut lamps: Vec<Shooter> = light.map_or(Vec::new(), |light| lamps_of(light, settings.light_side));
         lamps.extend(emitters(atlas, &texels));
-        let emitted = lamps.iter().map(|lamp| lamp.area * lamp.radiosity).sum();
+        let emitted: Vec3 = lamps.iter().map(|lamp| lamp.area * lamp.radiosity).sum();
+        let near_power = match settings.order {
+            ShootingOrder::Brightest => NEAR_POWER * emitted.element_sum(),
+            ShootingOrder::Mesh => 0.0,
+        };
+        let levels = Levels { finest: settings.group.ilog2(), coarsest: settings.far_group.ilog2(), near_power };
+        let groups = groups(atlas, &texels, levels);
         let charts = charts(&groups);
         Self { receivers, texel_of_receiver: open, groups, charts, lamps, emitted }
     }
+
+    /// Groups that are cut no further.
+    pub(super) fn leaves(&self) -> impl Iterator<Item = &Group> {
+        self.groups.iter().filter(|group| group.most_power == f32::MAX)
+    }
 }
+
+/// Blocks of twice the finest side shoot as one, even where something is near, while they have no more than this part of the
+/// emitted power.
+const NEAR_POWER: f32 = 7e-4;
 
 fn charts(groups: &[Group]) -> Vec<ChartGroups> {
     let mut first = 0;
@@ -262,149 +274,4 @@ fn receiver(texel: &Texel) -> Receiver {
         reflectance: texel.reflectance,
         ..Receiver::default()
     }
-}
-
-/// A block shoots as one where every other surface is this many times its side away, or more: what stands nearer sees its
-/// parts, and not its middle. On the Cornell box a smaller one errs more, and a larger one leaves all blocks small.
-const FAR: f32 = 0.5;
-
-/// Runs of texels that lie in one block: of the second level where nothing is near, down to the first where something is.
-fn groups(atlas: &Atlas, texels: &[&Texel], [finest, coarsest]: [u32; 2]) -> Vec<Group> {
-    let mut found = Vec::new();
-    let mut first = 0;
-    let key = |texel: &Texel| block_key(&atlas.charts, texel, coarsest.max(finest));
-    for run in texels.chunk_by(|a, b| key(a) == key(b)) {
-        split(atlas, run, (first, coarsest.max(finest), finest), &mut found);
-        first += run.len() as u32;
-    }
-    found
-}
-
-/// One block as a group, or its four quarters, if something is near.
-fn split(atlas: &Atlas, run: &[&Texel], (first, level, finest): (u32, u32, u32), found: &mut Vec<Group>) {
-    let mean_area = run.iter().map(|texel| texel.area).sum::<f32>() / run.len() as f32;
-    let side = (1_u32 << level) as f32 * mean_area.sqrt();
-    if level == finest || run.iter().all(|texel| texel.clearance >= FAR * side) {
-        found.push(group(atlas, run, first));
-        return;
-    }
-    let mut first = first;
-    let key = |texel: &Texel| block_key(&atlas.charts, texel, level - 1);
-    for quarter in run.chunk_by(|a, b| key(a) == key(b)) {
-        split(atlas, quarter, (first, level - 1, finest), found);
-        first += quarter.len() as u32;
-    }
-}
-
-fn group(atlas: &Atlas, texels: &[&Texel], first: u32) -> Group {
-    let area: f32 = texels.iter().map(|texel| texel.open_area()).sum();
-    let mean = |value: &dyn Fn(&Texel) -> Vec3| -> Vec3 {
-        texels.iter().map(|texel| texel.open_area() * value(texel)).sum::<Vec3>() / area
-    };
-    let centre = mean(&|texel| texel.position);
-    let nearest = texels
-        .iter()
-        .min_by(|a, b| a.position.distance_squared(centre).total_cmp(&b.position.distance_squared(centre)));
-    let nearest = nearest.map_or((centre, Vec3::Z), |texel| (texel.position, texel.geometric_normal));
-    let normal = unit_or_zero(mean(&|texel| texel.geometric_normal));
-    let normal = if normal == Vec3::ZERO { nearest.1 } else { normal };
-    // The block's sides, cut down to its open area.
-    let places = texels.iter().map(|texel| atlas.charts.place(texel.pixel as usize));
-    let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
-    for [_, column, row] in places {
-        low = [low[0].min(column), low[1].min(row)];
-        high = [high[0].max(column + 1), high[1].max(row + 1)];
-    }
-    let half = |axis: usize| 0.5 * (high[axis] - low[axis]) as f32 * mean(&|texel| texel.steps[axis]);
-    let (half_u, half_v) = of_area(half(0), half(1), area, normal);
-    Group {
-        centre,
-        area,
-        origin: nearest.0,
-        first,
-        normal,
-        count: texels.len() as u32,
-        half_u,
-        chart: texels[0].chart,
-        half_v,
-        tangent: normal.any_orthonormal_vector(),
-        ..Group::default()
-    }
-}
-
-/// Two half sides brought to an area; a square where they have none.
-fn of_area(half_u: Vec3, half_v: Vec3, area: f32, normal: Vec3) -> (Vec3, Vec3) {
-    let scale = (area / (4.0 * half_u.cross(half_v).length())).sqrt();
-    if scale.is_finite() && scale > 0.0 {
-        return (scale * half_u, scale * half_v);
-    }
-    let (tangent, bitangent) = normal.any_orthonormal_pair();
-    (0.5 * area.sqrt() * tangent, 0.5 * area.sqrt() * bitangent)
-}
-
-/// The placed light as `side`² shooters; none if it does not shine.
-pub fn lamps_of(light: &AreaLight, side: u32) -> Vec<Shooter> {
-    let normal = light.normal();
-    if normal == Vec3::ZERO || light.radiance.max_element() <= 0.0 {
-        return Vec::new();
-    }
-    let whole = Shooter {
-        centre: light.centre,
-        area: light.area(),
-        origin: light.centre,
-        normal,
-        half_u: light.half_extent_u,
-        half_v: light.half_extent_v,
-        tangent: normal.any_orthonormal_vector(),
-        radiosity: std::f32::consts::PI * light.radiance,
-        ..Shooter::default()
-    };
-    cut(&whole, side)
-}
-
-/// A shooter as `side`² smaller ones.
-fn cut(whole: &Shooter, side: u32) -> Vec<Shooter> {
-    let side = side.max(1);
-    let offset = |index: u32| (2.0 * index as f32 + 1.0) / side as f32 - 1.0;
-    let part = |index: u32| {
-        let step = offset(index % side) * whole.half_u + offset(index / side) * whole.half_v;
-        Shooter {
-            centre: whole.centre + step,
-            area: whole.area / (side * side) as f32,
-            origin: whole.origin + step,
-            half_u: whole.half_u / side as f32,
-            half_v: whole.half_v / side as f32,
-            ..*whole
-        }
-    };
-    (0..side * side).map(part).collect()
-}
-
-/// The emissive texels as shooters: in groups where there are many, cut where there are few.
-fn emitters(atlas: &Atlas, texels: &[&Texel]) -> Vec<Shooter> {
-    let emissive: Vec<&Texel> = texels.iter().copied().filter(|texel| texel.emission.max_element() > 0.0).collect();
-    let mut found = groups(atlas, &emissive, [0; 2]);
-    for level in 1..16 {
-        if found.len() <= MOST_EMITTERS {
-            break;
-        }
-        found = groups(atlas, &emissive, [level; 2]);
-    }
-    let side = if found.is_empty() { 1 } else { (FEWEST_EMITTERS as f32 / found.len() as f32).sqrt().ceil() as u32 };
-    let shooter = |group: &Group| {
-        let run = &emissive[group.first as usize..(group.first + group.count) as usize];
-        let power: Vec3 = run.iter().map(|texel| texel.open_area() * texel.emission).sum();
-        Shooter {
-            centre: group.centre,
-            area: group.area,
-            origin: group.origin,
-            normal: group.normal,
-            half_u: group.half_u,
-            half_v: group.half_v,
-            tangent: group.tangent,
-            radiosity: power / group.area,
-            ..Shooter::default()
-        }
-    };
-    found.iter().flat_map(|group| cut(&shooter(group), side)).collect()
 }

@@ -60,9 +60,11 @@ struct Group {
     half_u: vec3f,
     chart: u32,
     half_v: vec3f,
-    spare: f32,
+    // With more unshot power than this its parts shoot, and not it.
+    most_power: f32,
     tangent: vec3f,
-    spare_too: f32,
+    // The group that it is a part of, or NO_GROUP.
+    parent: u32,
 }
 
 struct Shooter {

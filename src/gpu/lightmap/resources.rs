@@ -17,6 +17,7 @@ pub(super) const MOST_SLOTS: u32 = 128;
 pub(super) struct Pipelines {
     pub(super) faces: wgpu::ComputePipeline,
     pub(super) find_power: wgpu::ComputePipeline,
+    pub(super) find_best: wgpu::ComputePipeline,
     pub(super) choose: wgpu::ComputePipeline,
     pub(super) choose_mesh: wgpu::ComputePipeline,
     pub(super) take: wgpu::ComputePipeline,
@@ -33,6 +34,7 @@ impl Pipelines {
         Self {
             faces: pipeline(&module("faces.wgsl", &shaders.faces), "find_faces"),
             find_power: pipeline(&choose, "find_power"),
+            find_best: pipeline(&choose, "find_best"),
             choose: pipeline(&choose, "choose"),
             choose_mesh: pipeline(&choose, "choose_mesh"),
             take: pipeline(&choose, "take"),
@@ -54,6 +56,9 @@ pub(super) struct Buffers {
     pub(super) faces: wgpu::Buffer,
     pub(super) irradiance: wgpu::Buffer,
     pub(super) direct: wgpu::Buffer,
+    /// Irradiance at the two moments that are remembered ([`super::rest`]).
+    pub(super) older: wgpu::Buffer,
+    pub(super) newer: wgpu::Buffer,
     pub(super) unshot: wgpu::Buffer,
     pub(super) shots: wgpu::Buffer,
     pub(super) sums: wgpu::Buffer,
@@ -61,6 +66,7 @@ pub(super) struct Buffers {
     pub(super) ledger: wgpu::Buffer,
     pub(super) ledger_read: wgpu::Buffer,
     pub(super) power: wgpu::Buffer,
+    pub(super) offered: wgpu::Buffer,
     pub(super) best_of_tile: wgpu::Buffer,
     pub(super) chosen: wgpu::Buffer,
     pub(super) order: wgpu::Buffer,
@@ -95,6 +101,8 @@ impl Buffers {
             faces: zeros("faces", slots * FACE_COUNT as usize * size_of::<Face>(), Usage::STORAGE | Usage::VERTEX),
             irradiance: zeros("irradiance", field, storage),
             direct: zeros("direct", field, storage),
+            older: zeros("older", field, storage),
+            newer: zeros("newer", field, storage),
             unshot: zeros("unshot", field, storage),
             shots: zeros("shots", 8 * texels, storage),
             sums: zeros("sums", texels.div_ceil(64) * size_of::<PowerSums>(), Usage::STORAGE),
@@ -102,6 +110,7 @@ impl Buffers {
             ledger: zeros("ledger", size_of::<LedgerSums>(), storage),
             ledger_read: zeros("ledger read", size_of::<LedgerSums>(), Usage::COPY_DST | Usage::MAP_READ),
             power: zeros("power", 4 * patches.groups.len(), Usage::STORAGE),
+            offered: zeros("offered", 4 * patches.groups.len(), Usage::STORAGE),
             best_of_tile: zeros("best of tile", 8 * patches.groups.len().div_ceil(256), Usage::STORAGE),
             chosen: zeros("chosen", 4 * slots, Usage::STORAGE),
             order: zeros("order", 16, Usage::STORAGE),
@@ -113,6 +122,7 @@ impl Buffers {
 pub(super) struct BindGroups {
     pub(super) faces: wgpu::BindGroup,
     pub(super) find_power: wgpu::BindGroup,
+    pub(super) find_best: wgpu::BindGroup,
     pub(super) choose: wgpu::BindGroup,
     pub(super) choose_mesh: wgpu::BindGroup,
     pub(super) take: wgpu::BindGroup,
@@ -122,18 +132,22 @@ pub(super) struct BindGroups {
 impl BindGroups {
     pub(super) fn new(device: &wgpu::Device, pipelines: &Pipelines, buffers: &Buffers) -> Self {
         let Buffers { settings, receivers, groups, shooters, faces, unshot, sums, escaped, ledger, .. } = buffers;
-        let Buffers { charts, power, best_of_tile, chosen, order, shots, .. } = buffers;
+        let Buffers { charts, power, offered, best_of_tile, chosen, order, shots, .. } = buffers;
         let bind = |pipeline, buffers: &[(u32, &wgpu::Buffer)]| bind(device, pipeline, buffers, None);
         Self {
             faces: bind(&pipelines.faces, &[(0, settings), (1, shooters), (2, faces)]),
             find_power: bind(
                 &pipelines.find_power,
-                &[(0, settings), (1, receivers), (2, groups), (3, unshot), (4, power), (5, best_of_tile)],
+                &[(0, settings), (1, receivers), (2, groups), (3, unshot), (4, power)],
             ),
-            choose: bind(&pipelines.choose, &[(0, settings), (4, power), (5, best_of_tile), (6, chosen)]),
+            find_best: bind(
+                &pipelines.find_best,
+                &[(0, settings), (2, groups), (4, power), (5, best_of_tile), (11, offered)],
+            ),
+            choose: bind(&pipelines.choose, &[(0, settings), (5, best_of_tile), (6, chosen), (11, offered)]),
             choose_mesh: bind(
                 &pipelines.choose_mesh,
-                &[(0, settings), (4, power), (6, chosen), (8, charts), (9, order)],
+                &[(0, settings), (6, chosen), (8, charts), (9, order), (11, offered)],
             ),
             take: bind(
                 &pipelines.take,
@@ -224,8 +238,8 @@ fn bind(
 /// Bytes that a solve keeps on the device: the texels, the scene's triangles, and the atlases of depth.
 pub(super) fn device_bytes(patches: &Patches, scene: &crate::scene::Scene, layouts: &[TileLayout]) -> u64 {
     let texels = patches.receivers.len() as u64;
-    let fields = 3 * size_of::<Vec4>() as u64;
-    let groups = patches.groups.len() as u64 * (size_of::<super::patches::Group>() as u64 + 4);
+    let fields = 5 * size_of::<Vec4>() as u64;
+    let groups = patches.groups.len() as u64 * (size_of::<super::patches::Group>() as u64 + 8);
     let lamps = (patches.lamps.len() as u64 + u64::from(MOST_SLOTS)) * size_of::<Shooter>() as u64;
     let pixels: u64 = layouts.iter().map(|layout| layout.size().map(u64::from).iter().product::<u64>()).sum();
     texels * (size_of::<Receiver>() as u64 + fields + 9) + groups + lamps + 4 * pixels + SceneBuffers::bytes(scene)

@@ -12,6 +12,7 @@ use super::{
     patches::{BatchSettings, LedgerSums, Patches, Shooter},
     readback::read,
     resources::{BindGroups, Buffers, HemicubeSet, MOST_SLOTS, Pipelines, check_size, device_bytes},
+    rest::Moments,
     shaders::Shaders,
     timing::{Pass, PassTime, PassTimer},
 };
@@ -22,21 +23,6 @@ use crate::{
 
 /// So many times the emitted power cannot wait to be shot.
 const RUNAWAY: f64 = 10.0;
-
-/// What the work of a solve is, in numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SolveSize {
-    /// Texels that light arrives at.
-    pub texels: usize,
-    /// Groups of them that shoot as one.
-    pub groups: usize,
-    /// Shooters that the lights are cut into.
-    pub lamps: usize,
-    /// Bytes on the device.
-    pub bytes: u64,
-    /// Open area of all texels, in m².
-    pub square_metres: f64,
-}
 
 /// A solve on a card, submission by submission. Between two it may be left alone for any time (pause), read, or dropped.
 pub struct GpuSolver {
@@ -60,6 +46,7 @@ pub struct GpuSolver {
     pub(super) from_lamps: bool,
     pub(super) lamps_done: u32,
     pub(super) ledger: GpuLedger,
+    pub(super) moments: Moments,
     pub(super) timer: PassTimer,
     pub(super) submissions: u64,
     pub(super) longest: Duration,
@@ -79,8 +66,7 @@ impl GpuSolver {
         light: Option<&AreaLight>,
         settings: &GpuSettings,
     ) -> Result<Self, String> {
-        let patches =
-            Patches::new(atlas, light, [settings.group.ilog2(), settings.far_group.ilog2()], settings.light_side);
+        let patches = Patches::new(atlas, light, settings);
         let most = device.limits().max_texture_dimension_2d.min(4096);
         let resolutions = [settings.light_hemicube, settings.hemicube];
         let layouts = resolutions.map(|resolution| TileLayout::new(resolution, MOST_SLOTS, most));
@@ -99,9 +85,8 @@ impl GpuSolver {
         }
         let square_metres = scene.frame.square_metres_per_unit();
         let emitted = patches.emitted.as_dvec3() * square_metres;
-        let area: f32 = patches.groups.iter().map(|group| group.area).sum();
         let mut solver = Self {
-            patch_area: area / patches.groups.len() as f32,
+            patch_area: patches.leaves().map(|group| group.area).sum::<f32>() / patches.leaves().count() as f32,
             device: device.clone(),
             queue: queue.clone(),
             settings: settings.clone(),
@@ -121,6 +106,7 @@ impl GpuSolver {
             from_lamps: false,
             lamps_done: 0,
             ledger: GpuLedger { emitted, unshot: emitted, ..GpuLedger::default() },
+            moments: Moments::default(),
             timer: PassTimer::new(device, queue),
             submissions: 0,
             longest: Duration::ZERO,
@@ -134,14 +120,18 @@ impl GpuSolver {
     fn warm_up(&mut self) -> Result<(), String> {
         let nothing = Submission { begins: true, faces: 0..1, slots: 0..0, receivers: 0..1, completes: true };
         for from_lamps in [true, false] {
-            self.from_lamps = from_lamps;
+            (self.from_lamps, self.batch) = (from_lamps, Batch::new(u32::from(!from_lamps)));
             let settings = BatchSettings { end_receiver: 0, ..self.submission_settings(&nothing) };
             self.queue.write_buffer(&self.buffers.settings, 0, bytemuck::bytes_of(&settings));
             let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            if !from_lamps {
+                self.choose(&mut encoder); // there is nothing to choose
+            }
             self.draw_and_receive(&mut encoder, &nothing);
             self.queue.submit([encoder.finish()]);
             self.read_ledger()?;
         }
+        self.batch = Batch::default();
         self.timer = PassTimer::new(&self.device, &self.queue);
         Ok(())
     }
@@ -169,28 +159,13 @@ impl GpuSolver {
         (unabsorbed.ln() / f64::from(self.settings.unabsorbed).ln()).clamp(0.0, 1.0) as f32
     }
 
-    /// How much there is to do.
-    pub fn size(&self) -> SolveSize {
-        SolveSize {
-            texels: self.patches.receivers.len(),
-            groups: self.patches.groups.len(),
-            lamps: self.patches.lamps.len(),
-            bytes: self.bytes,
-            square_metres: f64::from(self.open_area()) * self.square_metres,
-        }
-    }
-
-    pub(super) fn open_area(&self) -> f32 {
-        self.patches.receivers.iter().map(|receiver| receiver.area).sum()
-    }
-
     /// Changes the stop rule: a solve that is done may have to go on.
     pub fn set_unabsorbed(&mut self, unabsorbed: f32) {
         self.settings.unabsorbed = unabsorbed;
     }
 
     /// True if all shooters that were chosen together have shot.
-    pub fn is_between_groups(&self) -> bool {
+    pub fn is_between_batches(&self) -> bool {
         self.batch.is_done()
     }
 
@@ -221,7 +196,7 @@ impl GpuSolver {
         Ok(())
     }
 
-    /// Makes one submission and waits for it: some 40 ms. The fields are whole afterwards, but for texels of the very
+    /// Makes one submission and waits for it: some 25 ms. The fields are whole afterwards, but for texels of the very
     /// largest maps; power of shooters that were chosen and have to wait is in the ledger as unshot.
     ///
     /// # Errors
@@ -270,6 +245,7 @@ impl GpuSolver {
         self.paces[usize::from(!self.from_lamps)].learn(&submission, taken);
         (self.submissions, self.longest) = (self.submissions + 1, self.longest.max(taken));
         self.ledger.batches += u64::from(submission.begins);
+        self.remember();
         Ok(())
     }
 
@@ -278,11 +254,11 @@ impl GpuSolver {
     fn begin_batch(&mut self) {
         const USUAL: u32 = 32;
         let lamps_left = self.patches.lamps.len() as u32 - self.lamps_done;
-        let group_count = self.patches.groups.len() as u32;
+        let group_count = self.patches.leaves().count() as u32;
         self.from_lamps = lamps_left > 0;
         let (most, usual) = match self.from_lamps {
             true => (lamps_left.min(self.light_hemicubes.pass.layout.slots), MOST_SLOTS),
-            false => (group_count.min(self.hemicubes.pass.layout.slots), USUAL.min(group_count / 16)),
+            false => (group_count.min(self.hemicubes.pass.layout.slots), USUAL.min(group_count / 32)),
         };
         let wanted = if self.settings.batch == 0 { usual } else { self.settings.batch };
         self.batch = Batch::new(wanted.clamp(1, most));
@@ -329,6 +305,7 @@ impl GpuSolver {
         if !self.from_lamps {
             let tiles = (self.patches.groups.len() as u32).div_ceil(256);
             dispatch(&mut pass, &self.pipelines.find_power, &self.groups.find_power, tiles);
+            dispatch(&mut pass, &self.pipelines.find_best, &self.groups.find_best, tiles);
             let (choose, group) = match self.settings.order {
                 ShootingOrder::Brightest => (&self.pipelines.choose, &self.groups.choose),
                 ShootingOrder::Mesh => (&self.pipelines.choose_mesh, &self.groups.choose_mesh),
