@@ -11,6 +11,8 @@ pub mod metrics;
 pub mod path_tracer;
 #[cfg(feature = "reference")]
 pub mod ray_sets;
+#[cfg(feature = "reference")]
+pub mod stress;
 pub mod surface_points;
 pub mod tasks;
 pub mod truth_file;

@@ -28,6 +28,8 @@ pub mod scene_args;
 pub mod solve;
 pub mod solved_scene;
 #[cfg(feature = "reference")]
+pub mod stress;
+#[cfg(feature = "reference")]
 pub mod truth;
 #[cfg(feature = "app")]
 pub mod window;
@@ -98,6 +100,9 @@ enum Command {
     /// Write rays and triangles to a file, to time other ray tracers on the same work.
     #[cfg(feature = "reference")]
     Rays(rays::RaysArgs),
+    /// Solve scenes at the edges of what can be given, and hold the answers to what must be true of them.
+    #[cfg(feature = "reference")]
+    Stress(stress::StressArgs),
     /// Compare a solution with another, or with a truth.
     Compare(compare::CompareArgs),
     /// Tell what is in a scene, and what was repaired.
@@ -141,6 +146,8 @@ pub fn main() -> ExitCode {
             Command::Truth(args) => truth::run(&args, flags),
             #[cfg(feature = "reference")]
             Command::Rays(args) => rays::run(&args, flags),
+            #[cfg(feature = "reference")]
+            Command::Stress(args) => stress::run(&args),
             Command::Compare(args) => compare::run(&args),
             Command::Inspect(args) => inspect::run(&args),
             Command::Export(args) => export::run(&args),
