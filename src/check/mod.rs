@@ -9,6 +9,7 @@ pub mod jacobian;
 pub mod metrics;
 #[cfg(feature = "reference")]
 pub mod path_tracer;
+pub mod picture_errors;
 #[cfg(feature = "reference")]
 pub mod ray_sets;
 #[cfg(feature = "reference")]

@@ -25,6 +25,12 @@ pub mod progress;
 pub mod rays;
 pub mod render;
 pub mod scene_args;
+#[cfg(feature = "gpu")]
+mod screen_pictures;
+#[cfg(feature = "gpu")]
+pub mod screen_space;
+#[cfg(feature = "gpu")]
+pub mod screen_table;
 pub mod solve;
 pub mod solved_scene;
 #[cfg(feature = "reference")]
@@ -58,6 +64,7 @@ Examples:
   radiosity solve cornell --subdivide 5 --rays 1024 -o cornell.safetensors
   radiosity lightmap cornell --texels 20000 -o cornell-lightmap
   radiosity render cornell cornell.safetensors --view indirect -o indirect.png
+  radiosity screen-space cornell -o screen.png --report screen.json
   radiosity truth cornell --sample 256 -o truth.csv
   radiosity compare cornell.safetensors truth.csv --scene cornell
   radiosity check                              test the functions of src/student
@@ -87,6 +94,9 @@ enum Command {
     /// Find form factors by item buffers on the graphics card, and solve with them by Gauss-Seidel.
     #[cfg(feature = "gpu")]
     FormFactors(Box<form_factors::FormFactorsArgs>),
+    /// Draw a picture in screen space, as real-time renderers do, and judge it by a solution.
+    #[cfg(feature = "gpu")]
+    ScreenSpace(Box<screen_space::ScreenArgs>),
     /// List the graphics cards and drivers that were found.
     #[cfg(feature = "gpu")]
     Devices(devices::DevicesArgs),
@@ -138,6 +148,8 @@ pub fn main() -> ExitCode {
             Command::Lightmap(args) => lightmap::run(&args, flags),
             #[cfg(feature = "gpu")]
             Command::FormFactors(args) => form_factors::run(&args, flags),
+            #[cfg(feature = "gpu")]
+            Command::ScreenSpace(args) => screen_space::run(&args, flags),
             #[cfg(feature = "gpu")]
             Command::Devices(args) => devices::run(&args),
             Command::Render(args) => render::run(&args),
