@@ -67,7 +67,7 @@ fn furnace() {
     println!("reflectance  worst mean  worst vertex");
     for (name, reflectance) in [("furnace-30", 0.3), ("furnace-50", 0.5), ("furnace-80", 0.8), ("furnace-95", 0.95)] {
         let scene = own_scene(&format!("tests/{name}"), &LoadOptions::default());
-        let settings = SolveSettings { rays: 1024, bounces: Some(8), ..SolveSettings::default() };
+        let settings = SolveSettings { rays: 1024, bounces: Some(8), ..SolveSettings::even() };
         let (solution, _) = solve_unwatched(&problem(&scene, None, settings));
         let direct = std::f64::consts::PI * f64::from(scene.materials[0].emitted_radiance.x);
         let (mut worst_mean, mut worst_vertex) = (0.0_f64, 0.0_f64);
@@ -160,7 +160,7 @@ fn slopes() {
             seed,
             bounces: Some(1),
             subdivide: 3,
-            ..SolveSettings::default()
+            ..SolveSettings::even()
         };
         as_doubles(&solve_unwatched(&problem(&scene, Some(cornell_light()), settings)).0.total())
     };
@@ -179,7 +179,7 @@ fn slopes() {
 /// Seconds of the same solve on one and on two threads, in turn; the median ratio.
 fn threads() {
     let scene = own_scene("cornell/cornell", &LoadOptions::default());
-    let settings = SolveSettings { rays: 1024, bounces: Some(4), subdivide: 4, ..SolveSettings::default() };
+    let settings = SolveSettings { rays: 1024, bounces: Some(4), subdivide: 4, ..SolveSettings::even() };
     let problem = problem(&scene, Some(cornell_light()), settings);
     let seconds = |threads| Job::start(problem.clone(), threads).unwrap().finish().unwrap().report.seconds;
     seconds(2);
@@ -272,13 +272,13 @@ fn field() {
         "elements   vertices  gathered   rays  proc s  |  lit      bias     direct   all      |  lit      indirect  all"
     );
     for (subdivide, rays) in [(2, 256), (3, 256), (4, 64), (4, 256), (4, 1024), (5, 256), (5, 1024)] {
-        let settings = SolveSettings { rays, bounces: Some(16), subdivide, ..SolveSettings::default() };
+        let settings = SolveSettings { rays, bounces: Some(16), subdivide, ..SolveSettings::even() };
         field_line(&case, &format!("{} a wall", 1 << subdivide), settings);
     }
     for (error, rays) in
-        [(0.2, 64), (0.1, 64), (0.1, 128), (0.05, 128), (0.03, 256), (0.02, 256), (0.02, 512), (0.01, 512)]
+        [(0.2, 64), (0.1, 64), (0.1, 128), (0.05, 128), (0.03, 256), (0.02, 512), (0.01, 512), (0.005, 2048)]
     {
-        let settings = SolveSettings { rays, unabsorbed: 1e-3, adaptive: Some(error), ..SolveSettings::default() };
+        let settings = SolveSettings { rays, adaptive: error, ..SolveSettings::default() };
         field_line(&case, &format!("to {error}"), settings);
     }
 }
@@ -327,9 +327,9 @@ fn large() {
         let started = Instant::now();
         let loaded = Arc::new(load::load(&full_path, &load_options()).unwrap());
         let load_seconds = started.elapsed().as_secs_f64();
-        let as_they_come = SolveSettings { bounces: Some(4), ..SolveSettings::default() };
-        let cut = SolveSettings { max_edge: Some(0.5), unabsorbed: 0.001, ..SolveSettings::default() };
-        let follow = SolveSettings { adaptive: Some(0.2), rays: 128, unabsorbed: 0.001, ..SolveSettings::default() };
+        let as_they_come = SolveSettings { bounces: Some(4), ..SolveSettings::even() };
+        let cut = SolveSettings { max_edge: Some(0.5), unabsorbed: 0.001, ..SolveSettings::even() };
+        let follow = SolveSettings { adaptive: 0.2, rays: 128, unabsorbed: 0.001, ..SolveSettings::default() };
         for settings in [as_they_come, follow, cut] {
             let started = Instant::now();
             let problem = problem(&loaded, case.light, settings);

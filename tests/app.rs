@@ -186,7 +186,7 @@ fn a_click_tells_about_the_surface_and_every_panel_opens() {
     assert!(window.state().picked.is_some());
     window.get_by_label("Its vertices");
     let panels = [
-        ("Solver", "Subdivide"),
+        ("Solver", "Follow light"),
         ("Assignment", "Test all tasks"),
         ("Lightmap", "Solve lightmap"),
         ("View", "Exposure"),

@@ -41,7 +41,7 @@ fn total_after(solution: &Solution, last: usize) -> Vec<Vec3> {
 fn furnaces_follow_equation_5_after_every_bounce() {
     for (name, reflectance) in [("furnace-30", 0.3), ("furnace-50", 0.5), ("furnace-80", 0.8), ("furnace-95", 0.95)] {
         let scene = own_scene(&format!("tests/{name}"), &LoadOptions::default());
-        let settings = SolveSettings { rays: 1024, light_rays: 64, bounces: Some(8), ..SolveSettings::default() };
+        let settings = SolveSettings { rays: 1024, light_rays: 64, bounces: Some(8), ..SolveSettings::even() };
         let problem = problem(&scene, None, settings);
         let (solution, report) = solve_unwatched(&problem);
         assert!(!solution.buried.contains(&true), "{name}");
@@ -83,7 +83,7 @@ fn plates_exchange_the_light_that_their_form_factors_say() {
         let emitter = scene.emissive_triangles().next().unwrap_or_else(|| panic!("{name}: nothing emits"));
         let emitter_normal = scene.mesh.geometric_normal(emitter);
         let settings =
-            SolveSettings { rays: 256, light_rays: 256, bounces: Some(0), subdivide: 1, ..SolveSettings::default() };
+            SolveSettings { rays: 256, light_rays: 256, bounces: Some(0), subdivide: 1, ..SolveSettings::even() };
         let problem = problem(&scene, None, settings);
         let (solution, _) = solve_unwatched(&problem);
         let mean =
@@ -119,7 +119,7 @@ fn sampled_direct_light_agrees_with_lamberts_formula_on_an_empty_floor() {
             direct: DirectMethod::Sampled,
             sampler,
             subdivide: 4,
-            ..SolveSettings::default()
+            ..SolveSettings::even()
         };
         let problem = problem(&scene, Some(cornell_light()), settings);
         let (solution, _) = solve_unwatched(&problem);

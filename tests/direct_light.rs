@@ -103,7 +103,7 @@ fn a_point_that_sees_the_whole_light_has_the_closed_form_exactly() {
 #[test]
 fn a_point_under_a_block_is_dark_and_one_beside_it_is_not() {
     let scene = own_scene("cornell/cornell", &LoadOptions::default());
-    let settings = SolveSettings { rays: 64, bounces: Some(1), subdivide: 3, ..SolveSettings::default() };
+    let settings = SolveSettings { rays: 64, bounces: Some(1), subdivide: 3, ..SolveSettings::even() };
     let problem = problem(&scene, Some(cornell_light()), settings);
     let (solution, _) = solve_unwatched(&problem);
     for reconstruction in [Reconstruction::Vertex, Reconstruction::PointDirect] {

@@ -207,7 +207,7 @@ fn without_light_there_is_nothing_to_shoot() {
 #[test]
 fn the_cornell_box_is_near_the_converged_field_of_the_ray_tracer() {
     let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
-    let settings = SolveSettings { subdivide: 4, unabsorbed: 1e-4, ..SolveSettings::default() };
+    let settings = SolveSettings { subdivide: 4, unabsorbed: 1e-4, ..SolveSettings::even() };
     let problem = common::problem(&scene, Some(common::cornell_light()), settings);
     let (rays, _) = common::solve_unwatched(&problem);
     let by_rays = rays.total();

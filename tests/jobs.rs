@@ -18,7 +18,7 @@ fn cornell(settings: SolveSettings) -> Problem {
 }
 
 fn small() -> SolveSettings {
-    SolveSettings { rays: 32, light_rays: 16, bounces: Some(3), subdivide: 2, ..SolveSettings::default() }
+    SolveSettings { rays: 32, light_rays: 16, bounces: Some(3), subdivide: 2, ..SolveSettings::even() }
 }
 
 fn solve_on(threads: usize, problem: &Problem) -> Solution {

@@ -23,7 +23,7 @@ fn solve(sampler: Sampler, seed: u64, row_memory: u32) -> (Solution, Arc<Vec<f32
         sampler,
         seed,
         row_memory,
-        ..SolveSettings::default()
+        ..SolveSettings::even()
     };
     let scene = own_scene("cornell/cornell", &LoadOptions::default());
     let job = Job::start(problem(&scene, Some(cornell_light()), settings), 2).unwrap();

@@ -20,7 +20,7 @@ fn info() -> SolutionInfo {
         scene_hash: "a".repeat(64),
         tessellation_hash: "b".repeat(64),
         load: LoadOptions { weld: Some(1e-7), two_sided: true, ..LoadOptions::default() },
-        settings: SolveSettings { max_edge: Some(0.1 + 0.2), seed: u64::MAX, ..SolveSettings::default() },
+        settings: SolveSettings { max_edge: Some(0.1 + 0.2), seed: u64::MAX, ..SolveSettings::even() },
         light: Some(AreaLightState { centre: [1.0 / 3.0, 1e-300, 5e17], ..AreaLightState::default() }),
         program_version: String::from("0.1.0"),
         complete: false,

@@ -26,7 +26,7 @@ fn cornell(settings: SolveSettings) -> Problem {
 }
 
 fn few_rays() -> SolveSettings {
-    SolveSettings { rays: 16, light_rays: 8, bounces: Some(1), subdivide: 1, ..SolveSettings::default() }
+    SolveSettings { rays: 16, light_rays: 8, bounces: Some(1), subdivide: 1, ..SolveSettings::even() }
 }
 
 fn solve_with_functions(problem: &Problem, functions: &Functions) -> (Solution, SolveReport) {
@@ -58,7 +58,7 @@ fn relative_difference(found: &[Vec3], expected: &[Vec3]) -> f32 {
 
 #[test]
 fn the_answers_and_the_programs_own_engine_agree_bounce_by_bounce() {
-    let settings = SolveSettings { bounces: Some(3), subdivide: 3, ..SolveSettings::default() };
+    let settings = SolveSettings { bounces: Some(3), subdivide: 3, ..SolveSettings::even() };
     let student = cornell(settings.clone());
     let own = problem(&student.scene, student.light, SolveSettings { engine: Engine::Reference, ..settings });
     let ((student, report), (own, _)) = (solve_unwatched(&student), solve_unwatched(&own));

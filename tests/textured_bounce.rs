@@ -41,7 +41,7 @@ fn textured(texels: [u8; 2]) -> Scene {
 /// Mean irradiance of the first bounce on the board, which alone gets any.
 fn bounced(scene: Scene, engine: Engine) -> f32 {
     let light = AreaLightState { centre: [0.0, 2.0, 0.0], u: [0.2, 0.0, 0.0], v: [0.0, 0.0, 0.2], radiance: [10.0; 3] };
-    let settings = SolveSettings { engine, rays: 4096, bounces: Some(1), subdivide: 3, ..SolveSettings::default() };
+    let settings = SolveSettings { engine, rays: 4096, bounces: Some(1), subdivide: 3, ..SolveSettings::even() };
     let (solution, _) = solve_unwatched(&problem(&Arc::new(scene), Some(light), settings));
     let lit: Vec<Vec3> = solution.bounces[1].iter().copied().filter(|value| value.x > 0.0).collect();
     lit.iter().sum::<Vec3>().x / lit.len() as f32

@@ -108,14 +108,10 @@ fn truth_ui(ui: &mut Ui, truth: &TruthView) {
 /// How far two solutions are apart, over their vertices.
 fn compare_ui(ui: &mut Ui, results: &Results, other: &Results) {
     ui.separator();
-    let elements = [results, other].map(|results| &results.elements.tessellation);
-    if results.total.len() != other.total.len() || elements[0].mesh.triangles != elements[1].mesh.triangles {
-        ui.label("The solutions to compare have different elements: only views beside each other tell more.");
-        return;
-    }
-    let areas = elements[0].vertex_areas();
+    let there = results.elements.resampled(&other.total, &other.elements);
+    let areas = results.elements.tessellation.vertex_areas();
     let (mut squares, mut sum, mut area) = (0.0_f64, 0.0_f64, 0.0_f64);
-    for ((a, b), weight) in results.total.iter().zip(other.total.iter()).zip(areas) {
+    for ((a, b), weight) in results.total.iter().zip(there.iter()).zip(areas) {
         squares += f64::from(weight) * f64::from((*a - *b).length_squared()) / 3.0;
         sum += f64::from(weight) * f64::from(b.element_sum()) / 3.0;
         area += f64::from(weight);

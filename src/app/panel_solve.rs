@@ -4,7 +4,7 @@ use clap::Args as _;
 use egui::{DragValue, Slider, Ui};
 
 use super::controls::{choice_row, optional_row, row, rows};
-use crate::solver::SolveSettings;
+use crate::solver::{Engine, SolveSettings};
 
 /// What the panel has to know of the solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,6 +22,31 @@ pub fn setting_help(field: &str) -> String {
     let command = SolveSettings::augment_args(clap::Command::new("settings"));
     let argument = command.get_arguments().find(|argument| argument.get_id() == field);
     argument.and_then(clap::Arg::get_help).map(ToString::to_string).unwrap_or_default()
+}
+
+/// The controls of how elements are cut; of following the light and cutting evenly, those of what is chosen.
+fn elements_ui(ui: &mut Ui, settings: &mut SolveSettings) {
+    let help = setting_help;
+    if settings.engine == Engine::Reference {
+        let mut follows = settings.adaptive > 0.0;
+        optional_row(ui, "Follow light", &help("adaptive"), &mut follows, |ui, label| {
+            ui.add(DragValue::new(&mut settings.adaptive).range(0.002..=0.5).speed(0.001)).labelled_by(label);
+        });
+        if follows != (settings.adaptive > 0.0) {
+            settings.adaptive = if follows { SolveSettings::default().adaptive } else { 0.0 };
+        }
+    }
+    if settings.follows_light() {
+        row(ui, "Most vertices", &help("max_vertices"), DragValue::new(&mut settings.max_vertices));
+        return;
+    }
+    row(ui, "Subdivide", &help("subdivide"), Slider::new(&mut settings.subdivide, 0..=8));
+    let mut graded = settings.max_edge.is_some();
+    optional_row(ui, "Longest edge", &help("max_edge"), &mut graded, |ui, label| {
+        let length = settings.max_edge.get_or_insert(0.1);
+        ui.add(DragValue::new(length).range(1e-4..=1e6).speed(0.005).suffix(" m")).labelled_by(label);
+    });
+    settings.max_edge = settings.max_edge.or(graded.then_some(0.1)).filter(|_| graded);
 }
 
 /// The controls.
@@ -47,20 +72,7 @@ pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
         }
         choice_row(ui, "Sampler", &help("sampler"), &mut settings.sampler);
         row(ui, "Seed", &help("seed"), DragValue::new(&mut settings.seed));
-        row(ui, "Subdivide", &help("subdivide"), Slider::new(&mut settings.subdivide, 0..=8));
-        let mut graded = settings.max_edge.is_some();
-        optional_row(ui, "Longest edge", &help("max_edge"), &mut graded, |ui, label| {
-            let length = settings.max_edge.get_or_insert(0.1);
-            ui.add(DragValue::new(length).range(1e-4..=1e6).speed(0.005).suffix(" m")).labelled_by(label);
-        });
-        settings.max_edge = settings.max_edge.or(graded.then_some(0.1)).filter(|_| graded);
-        let mut follows = settings.adaptive.is_some();
-        optional_row(ui, "Follow light", &help("adaptive"), &mut follows, |ui, label| {
-            let error = settings.adaptive.get_or_insert(0.03);
-            ui.add(DragValue::new(error).range(0.005..=0.5).speed(0.001)).labelled_by(label);
-        });
-        settings.adaptive = settings.adaptive.or(follows.then_some(0.03)).filter(|_| follows);
-        row(ui, "Most vertices", &help("max_vertices"), DragValue::new(&mut settings.max_vertices));
+        elements_ui(ui, settings);
         let memory = Slider::new(&mut settings.row_memory, 0..=65536).logarithmic(true).suffix(" MiB");
         row(ui, "Row memory", &help("row_memory"), memory);
     });

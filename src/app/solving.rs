@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::fill_unknown::fill_unknown;
 use crate::{
@@ -89,6 +89,26 @@ impl Elements {
         let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
         let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
         Ok(Self { scene, load, tessellation: Arc::new(tessellation), tracer, geometry })
+    }
+
+    /// A field on other elements of the same scene, at the vertices of these.
+    pub fn resampled(&self, field: &Arc<Vec<Vec3>>, on: &Self) -> Arc<Vec<Vec3>> {
+        let (here, there) = (&self.tessellation, &on.tessellation);
+        let are_equal = here.mesh.triangles == there.mesh.triangles && here.mesh.positions.len() == field.len();
+        if are_equal {
+            return Arc::clone(field);
+        }
+        let mut resampled = vec![Vec3::ZERO; here.mesh.positions.len()];
+        for (element, corners) in here.mesh.triangles.iter().enumerate() {
+            let inside = here.corner_barycentrics[element];
+            let middle = inside.iter().sum::<Vec2>() / 3.0;
+            for (&vertex, place) in corners.iter().zip(inside) {
+                // In the corner itself another element begins.
+                let place = place.lerp(middle, 1e-3);
+                resampled[vertex as usize] = there.interpolate(field, here.scene_triangle[element], place);
+            }
+        }
+        Arc::new(resampled)
     }
 
     /// The same scene, cut otherwise.

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
 use super::results::{Field, Results};
@@ -208,7 +207,10 @@ impl ViewField {
         }
         self.field = match (settings.source, other) {
             (Source::Other, Some(other)) => field_of(settings, other),
-            (Source::Difference, Some(other)) => difference(&field_of(settings, present), &field_of(settings, other)),
+            (Source::Difference, Some(other)) => {
+                let there = present.elements.resampled(&field_of(settings, other), &other.elements);
+                difference(&field_of(settings, present), &there)
+            }
             _ => field_of(settings, present),
         };
         self.bright = bright_value(&self.field);
@@ -264,11 +266,8 @@ fn field_of(settings: &ViewSettings, results: &Results) -> Field {
     }
 }
 
-/// The absolute difference at each vertex; nothing where the elements differ.
+/// The absolute difference at each vertex.
 fn difference(present: &Field, other: &Field) -> Field {
-    if present.len() != other.len() {
-        return Arc::new(vec![Vec3::ZERO; present.len()]);
-    }
     Arc::new(present.iter().zip(other.iter()).map(|(a, b)| (*a - *b).abs()).collect())
 }
 

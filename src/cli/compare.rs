@@ -252,7 +252,7 @@ mod tests {
         let at = |name: &str| folder.path().join(name);
         std::fs::write(at("scene.obj"), OBJ).unwrap();
         let scene = load(&at("scene.obj"), &LoadOptions::default()).unwrap();
-        let settings = SolveSettings { subdivide: 2, ..SolveSettings::default() };
+        let settings = SolveSettings { subdivide: 2, ..SolveSettings::even() };
         let tessellation = Tessellation::new(&scene, &settings.tessellation()).unwrap();
         let constant = |value: f32| vec![Vec3::splat(value); tessellation.mesh.positions.len()];
         let info = SolutionInfo {

@@ -163,7 +163,7 @@ pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outco
 
 impl<'a> Patches<'a> {
     fn new(scene: &'a Scene, subdivide: u32) -> anyhow::Result<Self> {
-        let settings = SolveSettings { subdivide, ..SolveSettings::default() };
+        let settings = SolveSettings { subdivide, ..SolveSettings::even() };
         if let Some(problem) = settings.problem() {
             bail!("{problem}");
         }
@@ -289,7 +289,7 @@ fn solution(
             scene_hash: loaded.scene.hash(),
             tessellation_hash: tessellation.hash(),
             load: loaded.load.clone(),
-            settings: SolveSettings { subdivide: args.subdivide, ..SolveSettings::default() },
+            settings: SolveSettings { subdivide: args.subdivide, ..SolveSettings::even() },
             light,
             program_version: String::from(env!("CARGO_PKG_VERSION")),
             complete: true,

@@ -12,6 +12,7 @@ pub use crate::files::loaded_scene::LoadedScene;
 use crate::{
     files::loaded_scene,
     scene::{LoadOptions, area_light::AreaLightState},
+    solver::SolveSettings,
 };
 
 /// Which scene.
@@ -114,6 +115,18 @@ pub fn overlay<T: Clone + Serialize + DeserializeOwned>(
         }
     }
     serde_json::from_value(merged).context("flags over the state's settings")
+}
+
+/// The settings of a solve: flags over the state's. Who says on the command line how finely to cut wants even elements.
+pub fn solve_settings(
+    saved: Option<SolveSettings>,
+    flags: &SolveSettings,
+    matches: &ArgMatches,
+) -> anyhow::Result<SolveSettings> {
+    let settings = overlay(saved, flags, matches)?;
+    let is_given = |name: &str| matches.value_source(name) == Some(ValueSource::CommandLine);
+    let is_even = !is_given("adaptive") && (is_given("subdivide") || is_given("max_edge"));
+    Ok(if is_even { SolveSettings { adaptive: 0.0, ..settings } } else { settings })
 }
 
 /// Three numbers, `X,Y,Z`.

@@ -24,7 +24,7 @@ pub struct SolveSettings {
     /// Whose functions gather the light.
     #[arg(long, value_enum, default_value_t = SolveSettings::default().engine)]
     pub engine: Engine,
-    /// Hemisphere rays a vertex. 64 is a preview, 256 good, 1024 fine; powers of two suit the Sobol points.
+    /// Hemisphere rays a vertex. 64 is a preview, 512 good, 2048 fine; powers of two suit the Sobol points.
     #[arg(long, value_name = "N", default_value_t = SolveSettings::default().rays)]
     pub rays: u32,
     /// How direct light is found: by its visible part's closed form, or by samples alone.
@@ -51,10 +51,10 @@ pub struct SolveSettings {
     /// Bisect edges until none is longer than this, in metres.
     #[arg(long, value_name = "METRES")]
     pub max_edge: Option<f64>,
-    /// Cut where the light bends, until the error is about this part of the mean light (0.02 is good), instead of
-    /// cutting to a length.
-    #[arg(long, value_name = "ERROR")]
-    pub adaptive: Option<f32>,
+    /// Cut where the light bends, until the error is about this part of the mean light; 0: cut evenly, by `--subdivide`
+    /// and `--max-edge`, which on the command line say so by themselves. The engine `student` has even elements only.
+    #[arg(long, value_name = "ERROR", default_value_t = SolveSettings::default().adaptive)]
+    pub adaptive: f32,
     /// Cut no finer once there are about this many vertices, with `--adaptive`.
     #[arg(long, value_name = "N", default_value_t = SolveSettings::default().max_vertices)]
     pub max_vertices: u32,
@@ -67,16 +67,17 @@ impl Default for SolveSettings {
     fn default() -> Self {
         Self {
             engine: Engine::default(),
-            rays: 256,
+            rays: if cfg!(feature = "reference") { 512 } else { 256 },
             direct: DirectMethod::Analytic,
             light_rays: 64,
             bounces: None,
-            unabsorbed: 0.01,
+            // A bounce costs the program's own engine next to nothing.
+            unabsorbed: if cfg!(feature = "reference") { 1e-4 } else { 0.01 },
             sampler: Sampler::Sobol,
             seed: 1,
             subdivide: 0,
             max_edge: None,
-            adaptive: None,
+            adaptive: 0.02,
             max_vertices: 1_000_000,
             row_memory: 2048,
         }
@@ -84,9 +85,19 @@ impl Default for SolveSettings {
 }
 
 impl SolveSettings {
+    /// The defaults, but for elements that are cut evenly.
+    pub fn even() -> Self {
+        Self { adaptive: 0.0, ..Self::default() }
+    }
+
+    /// True if elements are cut where the light bends.
+    pub fn follows_light(&self) -> bool {
+        self.engine == Engine::Reference && self.adaptive > 0.0
+    }
+
     /// The part that decides the elements; of those that follow the light, the ones to begin with.
     pub fn tessellation(&self) -> TessellationOptions {
-        if self.adaptive.is_some() {
+        if self.follows_light() {
             return TessellationOptions { subdivide: 0, max_edge: None };
         }
         TessellationOptions { subdivide: self.subdivide, max_edge: self.max_edge }
@@ -103,13 +114,8 @@ impl SolveSettings {
         if self.max_edge.is_some_and(|length| !(length > 0.0 && length.is_finite())) {
             return Some(String::from("max-edge must be a positive length in metres"));
         }
-        if self.adaptive.is_some_and(|error| !(error > 0.0 && error <= 1.0)) {
-            return Some(String::from("adaptive must be an error above 0 and up to 1, such as 0.02"));
-        }
-        if self.adaptive.is_some() && self.engine == Engine::Student {
-            return Some(String::from(
-                "adaptive needs the engine `reference`: that of the student takes elements as they are",
-            ));
+        if !(0.0..=1.0).contains(&self.adaptive) {
+            return Some(format!("adaptive must be an error from 0 to 1, such as 0.02, not {}", self.adaptive));
         }
         if self.subdivide > 12 {
             return Some(format!(

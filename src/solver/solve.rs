@@ -165,9 +165,7 @@ pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -
 fn own_engine(problem: &Problem, monitor: &Monitor, lights: &Lights, report: &mut SolveReport) -> Option<Computed> {
     match problem.settings.engine {
         Engine::Student => None,
-        Engine::Reference if problem.settings.adaptive.is_some() => {
-            Some(adapt::solve(problem, monitor, lights, report))
-        }
+        Engine::Reference if problem.settings.follows_light() => Some(adapt::solve(problem, monitor, lights, report)),
         Engine::Reference => Some(gather::solve(problem, monitor, lights.clone(), report)),
     }
 }

@@ -95,7 +95,7 @@ fn furnace(trial: &Trial) -> Check {
         sampler: Sampler::Random,
         seed: trial.seed,
         subdivide: 2,
-        ..SolveSettings::default()
+        ..SolveSettings::even()
     };
     let problem = SolverProblem {
         tracer: Arc::new(Tracer::new(Arc::clone(&case.stage.scene))),

@@ -133,7 +133,7 @@ fn solved(trial: &Trial) -> Solution {
         sampler: Sampler::Sobol,
         seed: trial.seed,
         subdivide: 3,
-        ..SolveSettings::default()
+        ..SolveSettings::even()
     };
     let problem = SolverProblem {
         scene: Arc::clone(&stage.scene),

@@ -88,7 +88,7 @@ impl TileLayout {
 pub struct SceneBuffers {
     positions: wgpu::Buffer,
     indices: wgpu::Buffer,
-    pub(in crate::gpu) index_count: u32,
+    pub(super) index_count: u32,
     cutouts: Option<CutoutBuffers>,
 }
 
@@ -129,12 +129,7 @@ pub struct HemicubePass {
 
 impl HemicubePass {
     /// Makes an atlas, for one scene.
-    pub(in crate::gpu) fn new(
-        device: &wgpu::Device,
-        shaders: &Shaders,
-        scene: &SceneBuffers,
-        layout: TileLayout,
-    ) -> Self {
+    pub(super) fn new(device: &wgpu::Device, shaders: &Shaders, scene: &SceneBuffers, layout: TileLayout) -> Self {
         let [width, height] = layout.size();
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("hemicubes"),
@@ -173,7 +168,7 @@ impl HemicubePass {
     }
 
     /// Draws faces, by their number (5 a hemicube), with the matrices in `faces`; first clears all of them if `clears`.
-    pub(in crate::gpu) fn draw(
+    pub(super) fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneBuffers,

@@ -9,7 +9,7 @@ use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    COARSEST_EDGE, Coarse, FINEST_EDGE, FINEST_SAMPLED_EDGE, Making, Rounds, edge_length, smooth::SmoothValues,
+    COARSEST_EDGE, Coarse, FINEST_EDGE, FINEST_SAMPLED_EDGE, Making, NOISE, Rounds, edge_length, smooth::SmoothValues,
 };
 use crate::{
     scene::{Tessellation, mesh::interpolate, tessellate::Refinement},
@@ -17,9 +17,6 @@ use crate::{
     trace::{SurfacePoint, surface::lift},
     transport::{VertexOrigins, direct::ShadowRays, visible_light::Scratch},
 };
-
-/// Standard errors that a difference must be larger than.
-const NOISE: f32 = 2.0;
 
 /// Vertices or elements that one task handles.
 const PER_TASK: usize = 64;
@@ -91,11 +88,14 @@ impl<'a> DirectElements<'a> {
                 if fine.mesh.area(element) > 1.4 * below_all.mesh.area(below) {
                     return true;
                 }
-                let length = edge_length(fine, self.refinement.longest_edge(element));
-                let [a, b, c] = below_all.mesh.triangles[below as usize];
-                let edges = [[a, b], [b, c], [c, a]].map(|ends| edge_length(below_all, ends));
-                let part = length / edges.into_iter().fold(0.0, f32::max);
-                let left = smooth.largest_surplus(below) / self.scale * part * part;
+                let ends = self.refinement.longest_edge(element);
+                let length = edge_length(fine, ends);
+                let corners = fine.mesh.triangles[element as usize];
+                let inside = fine.corner_barycentrics[element as usize];
+                let place = |vertex: u32| inside[corners.iter().position(|&corner| corner == vertex).unwrap_or(0)];
+                let [a, b] = ends.map(place);
+                let at = |place| smooth.at(below_all.locate(fine.scene_triangle[element as usize], place));
+                let left = (at(0.5 * (a + b)) - 0.5 * (at(a) + at(b))).abs().max_element() / self.scale;
                 length > FINEST_EDGE && left * length > tolerance
             });
             if !self.cut(&wanted) {

@@ -6,7 +6,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
-    COARSEST_EDGE, FINEST_EDGE, Making, Rounds,
+    COARSEST_EDGE, FINEST_EDGE, Making, NOISE, Rounds,
     direct::{DirectElements, mean_of_lit},
     edge_length,
     kept_rows::{Rows, Sources},
@@ -35,6 +35,8 @@ pub(super) struct IndirectElements<'a> {
     pub(super) first_bounce: Vec<Vec3>,
     /// The gather rays' share of direct light [W/m²] at the vertices.
     pub(super) found_emission: Vec<Vec3>,
+    /// The squared standard error of the first bounce at the vertices.
+    squared_errors: Vec<Vec3>,
     /// For each vertex how far both were from what was expected, over the length of the edge it lies on.
     bend: Vec<f32>,
     pub(super) buried: Vec<bool>,
@@ -59,9 +61,22 @@ impl<'a> IndirectElements<'a> {
             tessellation = refinement.tessellation(scene);
         }
         let sources = Arc::new(Sources { origins: VertexOrigins::new(&tessellation), tessellation });
-        let (first_bounce, found_emission, bend, buried, rows) = Default::default();
+        let (first_bounce, found_emission, squared_errors, bend, buried, rows) = Default::default();
         let (scale, rounds) = (fine.scale, Rounds::new(making.monitor));
-        Self { making, fine, refinement, sources, first_bounce, found_emission, bend, buried, rows, scale, rounds }
+        Self {
+            making,
+            fine,
+            refinement,
+            sources,
+            first_bounce,
+            found_emission,
+            squared_errors,
+            bend,
+            buried,
+            rows,
+            scale,
+            rounds,
+        }
     }
 
     /// Cuts until the light that rays gather at new vertices is near what was expected there.
@@ -114,7 +129,11 @@ impl<'a> IndirectElements<'a> {
             let expected = 0.5 * (known[a] + known[b]) + surplus;
             let all_buried = self.buried[a] && self.buried[b];
             let is_compared = !self.buried[vertex] && !all_buried;
-            let difference = (gathered - expected).abs().max_element() / self.scale;
+            // What may be noise of the samples says nothing.
+            let [error, error_a, error_b] = [vertex, a, b].map(|vertex| self.squared_errors[vertex]);
+            let noise = NOISE * (error + 0.25 * (error_a + error_b)).max_element().sqrt();
+            let difference = (gathered - expected).abs().max_element();
+            let difference = if difference > noise { difference / self.scale } else { 0.0 };
             self.bend.push(if is_compared { difference / edge_length(&self.sources.tessellation, ends) } else { 0.0 });
         }
     }
@@ -159,6 +178,8 @@ impl<'a> IndirectElements<'a> {
                 transport.trace(vertices.iter().copied(), &mut chunk, is_cancelled, receive);
                 let mut values = vec![Vec3::ZERO; vertices.len()];
                 transport.apply(&chunk, &outgoing, |index, value| values[index] = value);
+                let mut errors = vec![Vec3::ZERO; vertices.len()];
+                transport.squared_errors(&chunk, &outgoing, |index, error| errors[index] = error);
                 buried.resize(vertices.len(), false);
                 emission.resize(vertices.len(), Vec3::ZERO);
                 let kept = vertices.last().is_none_or(|&last| fits(last));
@@ -166,11 +187,12 @@ impl<'a> IndirectElements<'a> {
                     chunk.forget_rows();
                 }
                 monitor.advance(vertices.len() as u64, chunk.rays);
-                (vertices.to_vec(), chunk, kept, (values, emission, buried))
+                (vertices.to_vec(), chunk, kept, (values, errors), (emission, buried))
             })
             .collect();
-        for (vertices, chunk, kept, (values, emission, buried)) in traced {
+        for (vertices, chunk, kept, (values, errors), (emission, buried)) in traced {
             self.first_bounce.extend(values);
+            self.squared_errors.extend(errors);
             self.found_emission.extend::<Vec<Vec3>>(emission);
             self.buried.extend(buried);
             self.rows.push(Rows { vertices, chunk, kept, sources: Arc::clone(&self.sources) });

@@ -56,9 +56,12 @@ const FINEST_SAMPLED_EDGE: f32 = 0.02;
 /// Differences that are allowed, times edge length in local units, for a target error of 1: of direct light, of the
 /// first bounce, and of the smooth field from the fine elements; all relative to mean direct light. Found by experiment
 /// on the Cornell box.
-const DIRECT_TOLERANCE: f32 = 0.08;
-const INDIRECT_TOLERANCE: f32 = 0.15;
-const SMOOTH_TOLERANCE: f32 = 0.015;
+const DIRECT_TOLERANCE: f32 = 0.06;
+const INDIRECT_TOLERANCE: f32 = 0.12;
+const SMOOTH_TOLERANCE: f32 = 0.01;
+
+/// Standard errors that a difference must be larger than, for what may be noise of the samples cuts nothing.
+const NOISE: f32 = 2.0;
 
 /// Elements that follow the light, and what is known on them.
 struct Adapted {
@@ -116,7 +119,7 @@ fn finders(problem: &Problem, lights: &Lights) -> FinderCounts {
 
 fn adapt(making: &Making, report: &mut SolveReport) -> Adapted {
     let started = Instant::now();
-    let error = making.problem.settings.adaptive.unwrap_or(1.0);
+    let error = making.problem.settings.adaptive;
     let mut fine = DirectElements::new(making);
     fine.follow_light(DIRECT_TOLERANCE * error);
     report.seconds_following_direct = started.elapsed().as_secs_f64();

@@ -14,6 +14,8 @@ use crate::{
 /// of the slopes along it (cubic Hermite interpolation at 1/2), and a quadratic patch through corners and middles has
 /// no gaps to its neighbours.
 pub(crate) struct SmoothField {
+    /// Vertices in a concave crease: another surface rises from there.
+    in_crease: Vec<bool>,
     offsets: Vec<u32>,
     neighbours: Vec<u32>,
     weights: Vec<Vec3>,
@@ -26,7 +28,8 @@ impl SmoothField {
     /// For all vertices of a tessellation; buried ones have no say.
     pub(super) fn new(tessellation: &Tessellation, origins: &VertexOrigins, buried: &[bool]) -> Self {
         let mesh = &tessellation.mesh;
-        let mut field = Self { offsets: vec![0], neighbours: Vec::new(), weights: Vec::new() };
+        let in_crease = in_creases(mesh, origins);
+        let mut field = Self { in_crease, offsets: vec![0], neighbours: Vec::new(), weights: Vec::new() };
         let mut around = Vec::new();
         for vertex in 0..mesh.positions.len() {
             around.clear();
@@ -71,7 +74,9 @@ impl SmoothField {
 
     /// How much the middle of an edge differs from the mean of its ends: an eighth of the length times the difference
     /// of the slopes. Where an end has no neighbours behind it, as on the outline of a surface, its slope is worth
-    /// little, and the parabola through both ends with the slope of the other is taken.
+    /// little, and the parabola through both ends with the slope of the other is taken. In a concave crease light falls
+    /// as x ln x with the distance x, since what leaves the other surface changes along that one: the middle is twice
+    /// as much higher there.
     pub(super) fn surplus(&self, mesh: &Mesh, values: &[Vec3], gradients: &[Gradient], ends: [u32; 2]) -> Vec3 {
         let [a, b] = ends.map(|end| end as usize);
         let along = mesh.positions[b] - mesh.positions[a];
@@ -80,9 +85,11 @@ impl SmoothField {
             along.x * gradient[0] + along.y * gradient[1] + along.z * gradient[2]
         };
         let difference = values[b] - values[a];
+        // In a crease the profile is x ln x: its middle is as much higher again.
+        let factor = |vertex: usize| if self.in_crease[vertex] { 0.5 } else { 0.25 };
         match [self.reaches(mesh, a, -along), self.reaches(mesh, b, along)] {
-            [true, false] => 0.25 * (rise(a) - difference),
-            [false, true] => 0.25 * (difference - rise(b)),
+            [true, false] => factor(b) * (rise(a) - difference),
+            [false, true] => factor(a) * (difference - rise(b)),
             [true, true] | [false, false] => 0.125 * (rise(a) - rise(b)),
         }
     }
@@ -97,6 +104,30 @@ impl SmoothField {
     }
 }
 
+/// Which vertices lie in a concave crease: at their place another surface begins that rises in front of theirs.
+fn in_creases(mesh: &Mesh, origins: &VertexOrigins) -> Vec<bool> {
+    let count = mesh.positions.len();
+    let mut by_place: Vec<u32> = (0..count as u32).collect();
+    let place = |vertex: u32| mesh.positions[vertex as usize].to_array().map(|value| (value + 0.0).to_bits());
+    by_place.sort_unstable_by_key(|&vertex| place(vertex));
+    let mut found = vec![false; count];
+    for group in by_place.chunk_by(|&a, &b| place(a) == place(b)) {
+        for &vertex in group {
+            let (position, normal) = (mesh.positions[vertex as usize], mesh.normals[vertex as usize]);
+            let rises = |&element: &u32| {
+                let way = mesh.corners(element).into_iter().sum::<Vec3>() / 3.0 - position;
+                way.dot(normal) > RISE * way.length()
+            };
+            let others = group.iter().filter(|&&other| other != vertex);
+            found[vertex as usize] = others.flat_map(|&other| origins.elements_around(other)).any(rises);
+        }
+    }
+    found
+}
+
+/// The sine of the angle from which on a surface is said to rise.
+const RISE: f32 = 0.2;
+
 /// Values at the vertices of elements, with what a smooth field between them needs.
 pub(super) struct SmoothValues<'a> {
     tessellation: &'a Tessellation,
@@ -108,11 +139,14 @@ pub(super) struct SmoothValues<'a> {
 impl<'a> SmoothValues<'a> {
     pub(super) fn new(field: &SmoothField, tessellation: &'a Tessellation, values: &'a [Vec3]) -> Self {
         let gradients = field.gradients(values);
-        let surpluses = tessellation.mesh.triangles.iter().map(|&[a, b, c]| {
-            [[a, b], [b, c], [c, a]].map(|ends| field.surplus(&tessellation.mesh, values, &gradients, ends))
-        });
-        let surpluses = surpluses.collect();
-        Self { tessellation, values, surpluses }
+        let mesh = &tessellation.mesh;
+        let edges = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
+        let surplus = |ends| field.surplus(mesh, values, &gradients, ends);
+        Self {
+            tessellation,
+            values,
+            surpluses: mesh.triangles.iter().map(|corners| edges(corners).map(surplus)).collect(),
+        }
     }
 
     /// The field at a place in an element. Never negative.
@@ -123,12 +157,6 @@ impl<'a> SmoothValues<'a> {
         let bent = |(edge, surplus): (usize, &Vec3)| 4.0 * weights[edge] * weights[(edge + 1) % 3] * *surplus;
         let bends: Vec3 = self.surpluses[element as usize].iter().enumerate().map(bent).sum();
         (linear + bends).max(Vec3::ZERO)
-    }
-
-    /// The largest bend of an element's edges.
-    pub(super) fn largest_surplus(&self, element: u32) -> f32 {
-        let surpluses = self.surpluses[element as usize].iter();
-        surpluses.fold(0.0, |largest, surplus| surplus.abs().max_element().max(largest))
     }
 }
 
