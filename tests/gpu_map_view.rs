@@ -49,6 +49,7 @@ impl Mapped {
             version: self.solver.ledger().shooters,
             difference: false,
             nearest: false,
+            on_screen: None,
         };
         ViewFrame { map: Some(map), light: None, ..self.subjects.frame(SIZE, shading) }
     }

@@ -10,11 +10,18 @@ use radiosity::gpu::{
         cutouts::Mask,
         pages::PageSettings,
         patches::{BatchSettings, ChartGroups, Face, Group, LedgerSums, PowerSums, Receiver, Shooter},
-        shaders::{ON_FACE_WGSL, PATCHES_WGSL},
+        shaders::{ON_FACE_WGSL, PATCHES_WGSL, VISIBILITY_WGSL},
     },
     map_picture::PictureUniforms,
     mesh_view::MaterialUniforms,
     resolve::SHADING_WGSL,
+    screen_space::{
+        g_buffer::LayerUniforms,
+        gather::BounceUniforms,
+        lamps::{Lamp, light_source},
+        show::ShowUniforms,
+        uniforms::{SCREEN_WGSL, ScreenUniforms},
+    },
 };
 use radiosity::lightmap::dilate::Fill;
 use wgpu::naga::{Module, TypeInner, front::wgsl, valid};
@@ -34,6 +41,15 @@ fn source(file: &str) -> String {
         "lightmap/hemicube.wgsl" | "lightmap/cutouts.wgsl" | "lightmap/item_buffer.wgsl" => {
             format!("{ON_FACE_WGSL}{text}")
         }
+        "screen_space/g_buffer.wgsl" => {
+            format!("{}{text}", source("vertex_field.wgsl"))
+        }
+        "screen_space/screen.wgsl" => text,
+        "screen_space/light.wgsl" => light_source(),
+        _ if file.starts_with("screen_space/") => format!("{SCREEN_WGSL}{text}"),
+        "lightmap/receive.wgsl" | "lightmap/visibility.wgsl" => {
+            format!("{PATCHES_WGSL}{VISIBILITY_WGSL}{}", beside("lightmap/receive.wgsl").unwrap())
+        }
         _ if file.starts_with("lightmap/") => format!("{PATCHES_WGSL}{text}"),
         _ => format!("{FRAME_WGSL}{text}"),
     }
@@ -52,8 +68,8 @@ fn parsed(file: &str) -> Module {
 
 #[test]
 fn every_shader_is_valid() {
-    let shaders = [shaders_in(""), shaders_in("lightmap/")];
-    assert!(shaders[0].len() >= 5 && shaders[1].len() >= 6, "only {shaders:?}");
+    let shaders = [shaders_in(""), shaders_in("lightmap/"), shaders_in("screen_space/")];
+    assert!(shaders[0].len() >= 5 && shaders[1].len() >= 6 && shaders[2].len() >= 7, "only {shaders:?}");
     for file in shaders.concat() {
         let module = parsed(&file);
         // No more than WebGPU's core: what every browser and card has.
@@ -130,4 +146,21 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
         wgsl_layout("lightmap/ledger.wgsl", "Ledger"),
         rust_layout!(LedgerSums: arrived, shooters, reflected, spare, escaped, spare_too, unshot, spare_three)
     );
+}
+
+#[test]
+fn what_the_screen_space_passes_share_has_the_same_layout_in_rust_and_in_the_shaders() {
+    let screen = rust_layout!(ScreenUniforms: size, layers, still, ray_origin, ray_step, right, near, up, pixel_area, forward,
+        taps, eye, radius, filter_radius, filter_depth, obscurance_radius, obscurance_taps, obscurance_strength,
+        obscurance_slope, unseen, source_weights, first, end, spare);
+    assert_eq!(wgsl_layout("screen_space/screen.wgsl", "Screen"), screen);
+    let layer =
+        rust_layout!(LayerUniforms: reference, right, near, up, separation, forward, spare, ray_origin, ray_step);
+    assert_eq!(wgsl_layout("screen_space/g_buffer.wgsl", "Layer"), layer);
+    let lamp = rust_layout!(Lamp: corners, origin, least_height, normal, pieces, tangent, area, radiosity, spare);
+    assert_eq!(wgsl_layout("screen_space/light.wgsl", "Lamp"), lamp);
+    let bounce = rust_layout!(BounceUniforms: is_first, is_last, feeds_last, is_fed);
+    assert_eq!(wgsl_layout("screen_space/gather.wgsl", "Bounce"), bounce);
+    let show = rust_layout!(ShowUniforms: buffer, layer, farthest, spare);
+    assert_eq!(wgsl_layout("screen_space/show.wgsl", "Show"), show);
 }

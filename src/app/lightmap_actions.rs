@@ -55,7 +55,13 @@ impl App {
         let shown = self.lightmap.shown.as_ref().filter(|_| source.is_lightmap())?;
         let version = self.lightmap.job.as_ref().map_or(0, LightmapJob::version);
         let difference = source == Source::LightmapDifference;
-        let map = MapFrame { pages: shown.pages.clone(), version, difference, nearest: self.lightmap.nearest };
+        let map = MapFrame {
+            pages: shown.pages.clone(),
+            version,
+            difference,
+            nearest: self.lightmap.nearest,
+            on_screen: None,
+        };
         Some((shown, map))
     }
 

@@ -9,8 +9,11 @@ pub mod jacobian;
 pub mod metrics;
 #[cfg(feature = "reference")]
 pub mod path_tracer;
+pub mod picture_errors;
 #[cfg(feature = "reference")]
 pub mod ray_sets;
+#[cfg(feature = "reference")]
+pub mod stress;
 pub mod surface_points;
 pub mod tasks;
 pub mod truth_file;

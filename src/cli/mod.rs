@@ -25,8 +25,16 @@ pub mod progress;
 pub mod rays;
 pub mod render;
 pub mod scene_args;
+#[cfg(feature = "gpu")]
+mod screen_pictures;
+#[cfg(feature = "gpu")]
+pub mod screen_space;
+#[cfg(feature = "gpu")]
+pub mod screen_table;
 pub mod solve;
 pub mod solved_scene;
+#[cfg(feature = "reference")]
+pub mod stress;
 #[cfg(feature = "reference")]
 pub mod truth;
 #[cfg(feature = "app")]
@@ -56,6 +64,7 @@ Examples:
   radiosity solve cornell --subdivide 5 --rays 1024 -o cornell.safetensors
   radiosity lightmap cornell --texels 20000 -o cornell-lightmap
   radiosity render cornell cornell.safetensors --view indirect -o indirect.png
+  radiosity screen-space cornell -o screen.png --report screen.json
   radiosity truth cornell --sample 256 -o truth.csv
   radiosity compare cornell.safetensors truth.csv --scene cornell
   radiosity check                              test the functions of src/student
@@ -85,6 +94,9 @@ enum Command {
     /// Find form factors by item buffers on the graphics card, and solve with them by Gauss-Seidel.
     #[cfg(feature = "gpu")]
     FormFactors(Box<form_factors::FormFactorsArgs>),
+    /// Draw a picture in screen space, as real-time renderers do, and judge it by a solution.
+    #[cfg(feature = "gpu")]
+    ScreenSpace(Box<screen_space::ScreenArgs>),
     /// List the graphics cards and drivers that were found.
     #[cfg(feature = "gpu")]
     Devices(devices::DevicesArgs),
@@ -98,6 +110,9 @@ enum Command {
     /// Write rays and triangles to a file, to time other ray tracers on the same work.
     #[cfg(feature = "reference")]
     Rays(rays::RaysArgs),
+    /// Solve scenes at the edges of what can be given, and hold the answers to what must be true of them.
+    #[cfg(feature = "reference")]
+    Stress(stress::StressArgs),
     /// Compare a solution with another, or with a truth.
     Compare(compare::CompareArgs),
     /// Tell what is in a scene, and what was repaired.
@@ -134,6 +149,8 @@ pub fn main() -> ExitCode {
             #[cfg(feature = "gpu")]
             Command::FormFactors(args) => form_factors::run(&args, flags),
             #[cfg(feature = "gpu")]
+            Command::ScreenSpace(args) => screen_space::run(&args, flags),
+            #[cfg(feature = "gpu")]
             Command::Devices(args) => devices::run(&args),
             Command::Render(args) => render::run(&args),
             Command::Probe(args) => probe::run(&args),
@@ -141,6 +158,8 @@ pub fn main() -> ExitCode {
             Command::Truth(args) => truth::run(&args, flags),
             #[cfg(feature = "reference")]
             Command::Rays(args) => rays::run(&args, flags),
+            #[cfg(feature = "reference")]
+            Command::Stress(args) => stress::run(&args),
             Command::Compare(args) => compare::run(&args),
             Command::Inspect(args) => inspect::run(&args),
             Command::Export(args) => export::run(&args),

@@ -106,7 +106,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
 }
 
 /// `WxH`, each from 1 to 16384.
-fn parse_size(text: &str) -> Result<(u32, u32), String> {
+pub(super) fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let side = |text: &str| text.trim().parse::<u32>().ok().filter(|side| (1..=16_384).contains(side));
     let (width, height) = text.split_once(['x', 'X']).ok_or("a size is written as 960x720")?;
     side(width).zip(side(height)).ok_or_else(|| String::from("width and height must be whole numbers from 1 to 16384"))

@@ -6,13 +6,10 @@ use glam::Vec3;
 
 use super::{
     ViewFrame, ViewGeometry,
+    material_buffer::{MATERIAL_STRIDE, MaterialBuffer},
     mesh_buffers::MeshBuffers,
-    mesh_view::{Layouts, MaterialUniforms, MeshInputs, Variant},
+    mesh_view::{Layouts, MeshInputs, Variant},
 };
-use crate::scene::Material;
-
-/// Bytes between the uniforms of two materials: WebGPU's largest `min_uniform_buffer_offset_alignment`.
-const MATERIAL_STRIDE: usize = 256;
 
 /// The parts of a view that depend on its geometry.
 pub(super) struct Contents {
@@ -22,9 +19,7 @@ pub(super) struct Contents {
     field_version: Option<u64>,
     buried: wgpu::Buffer,
     buried_source: Option<Arc<Vec<bool>>>,
-    material_buffer: wgpu::Buffer,
-    material_group: wgpu::BindGroup,
-    pub(super) material_source: Arc<Vec<Material>>,
+    pub(super) materials: MaterialBuffer,
     /// The pages of a lightmap, bound.
     pub(super) pages: Option<(wgpu::Buffer, wgpu::BindGroup)>,
 }
@@ -48,18 +43,6 @@ impl Contents {
             })
         };
         let vertices = frame.geometry.vertex_count();
-        let material_bytes = MATERIAL_STRIDE * frame.materials.len().max(1);
-        let material_buffer = buffer("materials", material_bytes, wgpu::BufferUsages::UNIFORM);
-        let one_material = wgpu::BufferBinding {
-            buffer: &material_buffer,
-            offset: 0,
-            size: wgpu::BufferSize::new(size_of::<MaterialUniforms>() as u64),
-        };
-        let material_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("materials"),
-            layout: &layouts.material,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::Buffer(one_material) }],
-        });
         Self {
             geometry: Arc::clone(&frame.geometry),
             mesh,
@@ -67,9 +50,7 @@ impl Contents {
             field_version: None,
             buried: buffer("buried", vertices * size_of::<f32>(), wgpu::BufferUsages::VERTEX),
             buried_source: None,
-            material_buffer,
-            material_group,
-            material_source: Arc::clone(&frame.materials),
+            materials: MaterialBuffer::new(device, &layouts.material, frame.materials.len()),
             pages: None,
         }
     }
@@ -86,10 +67,10 @@ impl Contents {
             frame,
             irradiance: &self.irradiance,
             buried: &self.buried,
-            materials: &self.material_source,
-            material_group: &self.material_group,
+            materials: self.materials.materials(),
+            material_group: &self.materials.group,
             material_stride: MATERIAL_STRIDE as u32,
-            pages: self.pages.as_ref().map(|(_, group)| group).filter(|_| has_map),
+            extra: self.pages.as_ref().map(|(_, group)| group).filter(|_| has_map),
         }
     }
 
@@ -129,17 +110,7 @@ impl Contents {
         true
     }
 
-    pub(super) fn upload_materials(&mut self, queue: &wgpu::Queue, frame: &ViewFrame, is_new: bool) -> bool {
-        if !is_new && Arc::ptr_eq(&self.material_source, &frame.materials) {
-            return false;
-        }
-        self.material_source = Arc::clone(&frame.materials);
-        let mut bytes = vec![0; MATERIAL_STRIDE * self.material_source.len()];
-        for (place, material) in bytes.chunks_exact_mut(MATERIAL_STRIDE).zip(self.material_source.iter()) {
-            let uniforms = MaterialUniforms::new(&self.geometry.scene, material);
-            place[..size_of::<MaterialUniforms>()].copy_from_slice(bytemuck::bytes_of(&uniforms));
-        }
-        queue.write_buffer(&self.material_buffer, 0, &bytes);
-        true
+    pub(super) fn upload_materials(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) -> bool {
+        self.materials.upload(queue, &self.geometry.scene, &frame.materials)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use super::{ViewGeometry, false_color, projection::view_projection};
 use crate::{
@@ -45,6 +45,9 @@ pub struct MapFrame {
     pub difference: bool,
     /// The nearest texel, and not the four around.
     pub nearest: bool,
+    /// The page is a picture of this view itself, of so many columns and rows
+    /// ([`super::screen_space::ScreenRenderer::pages`]); any geometry will do then.
+    pub on_screen: Option<[u32; 2]>,
 }
 
 /// The values at the two ends of the false colours.
@@ -144,7 +147,7 @@ pub struct FrameUniforms {
     pub inverse_gamma: f32,
     /// Irradiance added for looking round; w unused.
     pub ambient: Vec4,
-    /// Ends of the false colours; zw unused.
+    /// xy: ends of the false colours. zw: texels of a page on the screen for each pixel.
     pub range: Vec4,
     /// The light's centre; w unused.
     pub light_centre: Vec4,
@@ -164,10 +167,15 @@ impl FrameUniforms {
     /// The uniforms of a frame.
     pub fn new(frame: &ViewFrame) -> Self {
         let [width, height] = frame.size.map(|pixels| pixels.max(1) as f32);
-        let range = match frame.shading {
-            Shading::FalseColor(range) => Vec4::new(range.minimum, range.maximum, 0.0, 0.0),
-            _ => Vec4::ZERO,
+        let ends = match frame.shading {
+            Shading::FalseColor(range) => Vec2::new(range.minimum, range.maximum),
+            _ => Vec2::ZERO,
         };
+        let page = frame
+            .map
+            .as_ref()
+            .and_then(|map| map.on_screen)
+            .map_or(Vec2::ZERO, |size| Vec2::from(size.map(|texels| texels as f32)));
         let no_light = AreaLight {
             centre: Vec3::ZERO,
             half_extent_u: Vec3::ZERO,
@@ -184,7 +192,7 @@ impl FrameUniforms {
             exposure_scale: frame.tone_map.scale(),
             inverse_gamma: frame.tone_map.inverse_gamma(),
             ambient: frame.ambient.extend(0.0),
-            range,
+            range: ends.extend(page.x / width).extend(page.y / height),
             light_centre: light.centre.extend(0.0),
             light_u: light.half_extent_u.extend(0.0),
             light_v: light.half_extent_v.extend(0.0),

@@ -16,6 +16,8 @@ struct Pages {
 override DIFFERENCE: bool;
 // The nearest texel, and not the four around.
 override NEAREST_TEXEL: bool;
+// The page is a picture of the view itself.
+override ON_SCREEN: bool;
 
 fn texel(page: u32, place: vec2f) -> vec3f {
     let inside = vec2u(clamp(place, vec2f(0.0), vec2f(pages.size) - 1.0));
@@ -37,7 +39,11 @@ fn at_map(place: vec3f) -> vec3f {
 }
 
 fn field(in: Fragment) -> vec3f {
-    let value = at_map(in.map_place);
+    var place = in.map_place;
+    if ON_SCREEN {
+        place = vec3f(in.clip.xy * frame.range.zw, 0.0);
+    }
+    let value = at_map(place);
     if DIFFERENCE {
         return abs(in.irradiance - value);
     }

@@ -4,7 +4,9 @@ use std::sync::{Arc, OnceLock};
 
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
-use super::{ViewGeometry, geometry::MaterialDraw, textures::TextureGroups, visibility::CornerStreams};
+use super::{
+    ViewGeometry, geometry::MaterialDraw, mesh_view::Layouts, textures::TextureGroups, visibility::CornerStreams,
+};
 
 /// Buffers and textures of a geometry.
 pub struct MeshBuffers {
@@ -36,6 +38,11 @@ impl Triangles {
 }
 
 impl MeshBuffers {
+    /// Uploads a geometry, where there is no [`super::Viewer`] that has done so.
+    pub fn upload(device: &wgpu::Device, queue: &wgpu::Queue, geometry: &Arc<ViewGeometry>) -> Arc<Self> {
+        Arc::new(Self::new(device, queue, &Layouts::new(device).textures, geometry))
+    }
+
     /// Uploads a geometry.
     pub(super) fn new(
         device: &wgpu::Device,

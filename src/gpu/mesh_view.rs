@@ -25,6 +25,8 @@ pub const WGSL: &str = include_str!("mesh_view.wgsl");
 pub const VERTEX_FIELD_WGSL: &str = include_str!("vertex_field.wgsl");
 /// Its part for a lightmap.
 pub const MAP_FIELD_WGSL: &str = include_str!("map_field.wgsl");
+/// What draws a G-buffer instead of colours, over a field at the vertices.
+pub const G_BUFFER_WGSL: &str = include_str!("screen_space/g_buffer.wgsl");
 
 /// Uniforms of a material, laid out as `MaterialUniforms` in `mesh_view.wgsl`.
 #[repr(C)]
@@ -62,6 +64,8 @@ pub(super) struct Variant {
     ambient: bool,
     buried: bool,
     map: Option<MapVariant>,
+    /// A layer of a G-buffer, and not a picture: `LAYER` of `g_buffer.wgsl`.
+    layer: Option<u32>,
     reflectance_filter: u32,
     opacity_filter: u32,
 }
@@ -111,6 +115,7 @@ impl ToneVariant {
 struct MapVariant {
     difference: bool,
     nearest: bool,
+    on_screen: bool,
 }
 
 impl Variant {
@@ -122,7 +127,26 @@ impl Variant {
             tone,
             ambient: tone.shading < 2 && frame.ambient != Vec3::ZERO,
             buried: frame.buried.is_some(),
-            map: frame.map.as_ref().map(|map| MapVariant { difference: map.difference, nearest: map.nearest }),
+            map: frame.map.as_ref().map(|map| MapVariant {
+                difference: map.difference,
+                nearest: map.nearest,
+                on_screen: map.on_screen.is_some(),
+            }),
+            layer: None,
+            reflectance_filter: 0,
+            opacity_filter: 0,
+        }
+    }
+
+    /// For a layer of a G-buffer: reflectance as albedo is shown, and normals as ambient light needs them.
+    pub(super) fn of_layer(layer: u32) -> Self {
+        Self {
+            samples: 1,
+            tone: ToneVariant { shading: 2, filmic: false, gamma: false, logarithmic: false },
+            ambient: true,
+            buried: false,
+            map: None,
+            layer: Some(layer),
             reflectance_filter: 0,
             opacity_filter: 0,
         }
@@ -167,7 +191,9 @@ impl Variant {
         ]);
         if let Some(map) = self.map {
             constants.extend([("DIFFERENCE", flag(map.difference)), ("NEAREST_TEXEL", flag(map.nearest))]);
+            constants.push(("ON_SCREEN", flag(map.on_screen)));
         }
+        constants.extend(self.layer.map(|layer| ("LAYER", f64::from(layer))));
         constants
     }
 }
@@ -222,8 +248,8 @@ pub(super) struct MeshInputs<'a> {
     pub(super) materials: &'a [Material],
     pub(super) material_group: &'a wgpu::BindGroup,
     pub(super) material_stride: u32,
-    /// The pages, for a lightmap.
-    pub(super) pages: Option<&'a wgpu::BindGroup>,
+    /// The pages, for a lightmap; what a layer of a G-buffer is told by.
+    pub(super) extra: Option<&'a wgpu::BindGroup>,
 }
 
 /// The streams of vertices: bytes a vertex, and format. Without a lightmap the last one is the irradiance once more.
@@ -236,11 +262,16 @@ const STREAMS: [(u64, wgpu::VertexFormat); 6] = [
     (12, wgpu::VertexFormat::Float32x3),
 ];
 
+/// Formats of a G-buffer's layer: normals and reflectance.
+pub(super) const LAYER_FORMATS: [wgpu::TextureFormat; 2] = [wgpu::TextureFormat::Rgba16Float; 2];
+
 /// The pipelines, made when they are first needed.
 pub(super) struct MeshView {
     at_vertices: Shader,
     /// Made with the first lightmap: its layout asks for what old devices do not have.
     on_map: Option<(Shader, wgpu::BindGroupLayout)>,
+    /// Made with the first G-buffer.
+    layer: Option<Shader>,
     pipelines: BTreeMap<Variant, wgpu::RenderPipeline>,
 }
 
@@ -269,7 +300,7 @@ impl Shader {
 impl MeshView {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
         let at_vertices = Shader::new(device, layouts, VERTEX_FIELD_WGSL, None);
-        Self { at_vertices, on_map: None, pipelines: BTreeMap::new() }
+        Self { at_vertices, on_map: None, layer: None, pipelines: BTreeMap::new() }
     }
 
     /// Binds the pages of a lightmap.
@@ -301,11 +332,18 @@ impl MeshView {
         })
     }
 
+    /// Makes it able to draw a G-buffer, whose group 3 has this layout.
+    pub(super) fn add_layers(&mut self, device: &wgpu::Device, layouts: &Layouts, extra: &wgpu::BindGroupLayout) {
+        let source = format!("{VERTEX_FIELD_WGSL}{G_BUFFER_WGSL}");
+        self.layer = Some(Shader::new(device, layouts, &source, Some(extra)));
+    }
+
     /// Makes the pipelines that these materials need, for any number of samples: else the first frame of a solve, which
     /// takes another number, would wait for them.
     pub(super) fn prepare(&mut self, device: &wgpu::Device, variant: Variant, scene: &Scene, materials: &[Material]) {
         for material in materials {
-            for samples in SAMPLE_COUNTS {
+            for samples in if variant.layer.is_some() { &SAMPLE_COUNTS[..1] } else { &SAMPLE_COUNTS[..] } {
+                let samples = *samples;
                 let variant = Variant { samples, ..variant.with_textures(scene, material) };
                 if !self.pipelines.contains_key(&variant) {
                     self.pipelines.insert(variant, self.pipeline(device, variant));
@@ -317,6 +355,12 @@ impl MeshView {
     fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
         let at_vertices = &self.at_vertices;
         let shader = self.on_map.as_ref().filter(|_| variant.map.is_some()).map_or(at_vertices, |(shader, _)| shader);
+        let shader = self.layer.as_ref().filter(|_| variant.layer.is_some()).unwrap_or(shader);
+        let layer_targets = LAYER_FORMATS.map(|format| Some(format.into()));
+        let (entry, targets) = match variant.layer {
+            Some(_) => ("surface", &layer_targets[..]),
+            None => ("fragment", &[Some(Targets::COLOR_FORMAT.into())][..]),
+        };
         let mut attributes = [[wgpu::VertexAttribute { format: STREAMS[0].1, offset: 0, shader_location: 0 }]; 6];
         for (location, (attribute, (_, format))) in (0..).zip(attributes.iter_mut().zip(STREAMS)) {
             attribute[0].format = format;
@@ -342,9 +386,9 @@ impl MeshView {
             multisample: Targets::multisample(variant.samples),
             fragment: Some(wgpu::FragmentState {
                 module: &shader.module,
-                entry_point: Some("fragment"),
+                entry_point: Some(entry),
                 compilation_options: options(),
-                targets: &[Some(Targets::COLOR_FORMAT.into())],
+                targets,
             }),
             multiview_mask: None,
             cache: None,
@@ -361,8 +405,8 @@ impl MeshView {
     ) {
         let map_places = mesh.map_places.as_ref().unwrap_or(inputs.irradiance);
         let streams = [&mesh.positions, &mesh.normals, &mesh.texcoords, inputs.irradiance, inputs.buried, map_places];
-        if let Some(pages) = inputs.pages {
-            pass.set_bind_group(3, pages, &[]);
+        if let Some(extra) = inputs.extra {
+            pass.set_bind_group(3, extra, &[]);
         }
         for (slot, stream) in (0..).zip(streams) {
             pass.set_vertex_buffer(slot, stream.slice(..));

@@ -22,11 +22,13 @@ pub mod geometry;
 pub mod light_view;
 pub mod lightmap;
 pub mod map_picture;
+mod material_buffer;
 pub mod mesh_buffers;
 pub mod mesh_view;
 mod part;
 pub mod projection;
 pub mod resolve;
+pub mod screen_space;
 mod targets;
 mod textures;
 #[cfg(feature = "app")]

@@ -218,7 +218,12 @@ impl Viewer {
     }
 
     /// The geometry's buffers, uploaded if they are not there yet; those of geometries that are gone are freed.
-    fn mesh(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, geometry: &Arc<ViewGeometry>) -> Arc<MeshBuffers> {
+    pub fn mesh(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        geometry: &Arc<ViewGeometry>,
+    ) -> Arc<MeshBuffers> {
         let is_it = |(known, _): &&(Weak<ViewGeometry>, _)| std::ptr::eq(known.as_ptr(), Arc::as_ptr(geometry));
         if let Some((_, mesh)) = self.meshes.iter().find(is_it) {
             return Arc::clone(mesh);
@@ -266,13 +271,13 @@ impl ViewState {
         frame: &ViewFrame,
     ) -> Changes {
         let same = |contents: &Contents| {
-            Arc::ptr_eq(&contents.geometry, &frame.geometry) && contents.material_source.len() == frame.materials.len()
+            Arc::ptr_eq(&contents.geometry, &frame.geometry) && contents.materials.is_for(&frame.materials)
         };
         let kept = self.contents.take().filter(same);
         let is_new = kept.is_none();
         let contents = self.contents.insert(kept.unwrap_or_else(|| Contents::new(device, layouts, mesh, frame)));
         let field = contents.upload_field(queue, frame);
-        let more = [contents.upload_buried(queue, frame), contents.upload_materials(queue, frame, is_new)];
+        let more = [contents.upload_buried(queue, frame), contents.upload_materials(queue, frame)];
         Changes { field, more: is_new || more.contains(&true) }
     }
 

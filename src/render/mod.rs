@@ -5,7 +5,9 @@
 
 pub mod picture;
 pub mod view;
+mod visible;
 mod wireframe;
 
 pub use picture::{RenderSettings, Subject, render};
 pub use view::View;
+pub use visible::visible_points;

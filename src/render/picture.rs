@@ -156,7 +156,7 @@ fn surface_colour<Tracer>(
 }
 
 /// The nearest front face, at its distance from `eye`, behind any number of back faces up to [`MAX_PASSED_FACES`].
-fn first_front_face(tracer: &impl RayTracer, eye: Vec3, direction: Vec3) -> Option<Hit> {
+pub(super) fn first_front_face(tracer: &impl RayTracer, eye: Vec3, direction: Vec3) -> Option<Hit> {
     let mut ray = Ray { origin: eye, direction, max_distance: f32::INFINITY, origin_triangle: NO_TRIANGLE };
     let (mut start, mut passed) = (0.0_f32, f32::NEG_INFINITY);
     for _ in 0..=MAX_PASSED_FACES {

@@ -88,7 +88,7 @@ impl TileLayout {
 pub struct SceneBuffers {
     positions: wgpu::Buffer,
     indices: wgpu::Buffer,
-    pub(super) index_count: u32,
+    pub(in crate::gpu) index_count: u32,
     cutouts: Option<CutoutBuffers>,
 }
 
@@ -129,7 +129,12 @@ pub struct HemicubePass {
 
 impl HemicubePass {
     /// Makes an atlas, for one scene.
-    pub(super) fn new(device: &wgpu::Device, shaders: &Shaders, scene: &SceneBuffers, layout: TileLayout) -> Self {
+    pub(in crate::gpu) fn new(
+        device: &wgpu::Device,
+        shaders: &Shaders,
+        scene: &SceneBuffers,
+        layout: TileLayout,
+    ) -> Self {
         let [width, height] = layout.size();
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("hemicubes"),
@@ -168,7 +173,7 @@ impl HemicubePass {
     }
 
     /// Draws faces, by their number (5 a hemicube), with the matrices in `faces`; first clears all of them if `clears`.
-    pub(super) fn draw(
+    pub(in crate::gpu) fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         scene: &SceneBuffers,

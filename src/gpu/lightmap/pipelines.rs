@@ -6,7 +6,7 @@ use super::{hemicube::NEAR, patches::Face};
 use crate::gpu::targets::Targets;
 
 /// A shader from its source.
-pub(super) fn module(device: &wgpu::Device, label: &str, source: &str) -> wgpu::ShaderModule {
+pub(in crate::gpu) fn module(device: &wgpu::Device, label: &str, source: &str) -> wgpu::ShaderModule {
     device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
         source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -14,7 +14,7 @@ pub(super) fn module(device: &wgpu::Device, label: &str, source: &str) -> wgpu::
 }
 
 /// A compute pass: one function of a shader, with the bindings that it uses.
-pub(super) fn compute_pipeline(
+pub(in crate::gpu) fn compute_pipeline(
     device: &wgpu::Device,
     module: &wgpu::ShaderModule,
     entry: &str,

@@ -1,7 +1,7 @@
 //! Reading buffers back.
 
 /// Reads a buffer that can be mapped. Waits for the card.
-pub(super) fn read<T: bytemuck::Pod>(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<T>, String> {
+pub(in crate::gpu) fn read<T: bytemuck::Pod>(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<T>, String> {
     buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {}); // a failure shows in get_mapped_range
     device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| format!("the graphics driver failed: {error}"))?;
     let values = {
@@ -16,7 +16,7 @@ pub(super) fn read<T: bytemuck::Pod>(device: &wgpu::Device, buffer: &wgpu::Buffe
 }
 
 /// Reads any buffer, by way of a copy.
-pub(super) fn read_copy<T: bytemuck::Pod>(
+pub(in crate::gpu) fn read_copy<T: bytemuck::Pod>(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     buffer: &wgpu::Buffer,

@@ -8,7 +8,9 @@ pub const PATCHES_WGSL: &str = include_str!("patches.wgsl");
 pub const FACES_WGSL: &str = include_str!("faces.wgsl");
 /// The shader that chooses shooters.
 pub const CHOOSE_WGSL: &str = include_str!("choose.wgsl");
-/// The shader of the receiving texels.
+/// What of a light arrives at a point; comes after [`PATCHES_WGSL`].
+pub const VISIBILITY_WGSL: &str = include_str!("visibility.wgsl");
+/// The shader of the receiving texels; comes after [`VISIBILITY_WGSL`].
 pub const RECEIVE_WGSL: &str = include_str!("receive.wgsl");
 /// The shader of the energy ledger.
 pub const LEDGER_WGSL: &str = include_str!("ledger.wgsl");
@@ -42,7 +44,7 @@ impl Default for Shaders {
         Self {
             faces: with_patches(FACES_WGSL),
             choose: with_patches(CHOOSE_WGSL),
-            receive: with_patches(RECEIVE_WGSL),
+            receive: with_patches(&format!("{VISIBILITY_WGSL}{RECEIVE_WGSL}")),
             ledger: with_patches(LEDGER_WGSL),
             pages: with_patches(PAGES_WGSL),
             hemicube: with_faces(HEMICUBE_WGSL),
@@ -75,7 +77,7 @@ impl Shaders {
         Ok(Self {
             faces: checked("faces.wgsl", &patches)?,
             choose: checked("choose.wgsl", &patches)?,
-            receive: checked("receive.wgsl", &patches)?,
+            receive: checked("receive.wgsl", &format!("{patches}{}", read("visibility.wgsl")?))?,
             ledger: checked("ledger.wgsl", &patches)?,
             pages: checked("pages.wgsl", &patches)?,
             hemicube: checked("hemicube.wgsl", &on_face)?,

@@ -1,0 +1,24 @@
+//! The scene as one camera sees it, lit in screen space: what a real-time approximation gives, beside what is true.
+//!
+//! A deep G-buffer ([`g_buffer`]: normals, reflectance and depth of two layers) is lit by the lights' pieces ([`lamps`],
+//! `light.wgsl`); bounces are gathered from taps of the picture itself ([`gather`]) and filtered ([`filter`]). After Mara,
+//! McGuire, Nowrouzezahrai and Luebke 2014, "Fast global illumination approximations on deep G-buffers".
+//!
+//! [`renderer`] is the only file that knows the order of the passes.
+
+pub mod filter;
+pub mod g_buffer;
+pub mod gather;
+pub mod lamps;
+pub mod pace;
+mod passes;
+pub mod quality;
+pub mod renderer;
+pub mod settings;
+pub mod show;
+mod targets;
+pub mod uniforms;
+
+pub use renderer::{ScreenFields, ScreenRenderer, ScreenView};
+pub use settings::{ScreenSettings, SecondLayer, Weights};
+pub use show::ShownBuffer;

@@ -1,0 +1,120 @@
+// What all passes over the picture's pixels share: the camera, the settings, and where a pixel lies. View space: x to the
+// right, y up, z the depth along the camera's axis. A buffer of all layers holds the first layer's pixels row by row, then
+// the second's.
+
+// The same fields as ScreenUniforms in uniforms.rs.
+struct Screen {
+    // Pixels.
+    size: vec2u,
+    // Layers of the G-buffer.
+    layers: u32,
+    // Frames since anything moved.
+    still: u32,
+    // The view ray through the middle of pixel p is (ray_origin + p * ray_step, 1).
+    ray_origin: vec2f,
+    ray_step: vec2f,
+    // The camera, in local units.
+    right: vec3f,
+    // Distance of the near plane.
+    near: f32,
+    up: vec3f,
+    // Area of a pixel at depth 1.
+    pixel_area: f32,
+    forward: vec3f,
+    // Taps of the spiral.
+    taps: u32,
+    eye: vec3f,
+    // The spiral's radius in pixels.
+    radius: f32,
+    // The filter's radius in pixels, and the distance from a plane, as a part of the depth, that it stops at.
+    filter_radius: f32,
+    filter_depth: f32,
+    // Obscurance: radius in local units, its taps, magnitude, and the least slope that obscures.
+    obscurance_radius: f32,
+    obscurance_taps: u32,
+    obscurance_strength: f32,
+    obscurance_slope: f32,
+    // The part of the light from where the picture shows nothing that is filled in by the mean of what it shows.
+    unseen: f32,
+    // 1 for the source's weights.
+    source_weights: u32,
+    // The pixels of this submission, of all layers: first, and after the last.
+    first: u32,
+    end: u32,
+    spare: vec2u,
+}
+
+@group(0) @binding(0) var<uniform> screen: Screen;
+
+fn pixel_count() -> u32 {
+    return screen.size.x * screen.size.y;
+}
+
+// The pixel of an entry in a buffer of all layers.
+fn pixel_of(index: u32) -> vec2u {
+    let place = index % pixel_count();
+    return vec2u(place % screen.size.x, place / screen.size.x);
+}
+
+// The view ray through the middle of a pixel, at depth 1.
+fn view_ray(pixel: vec2f) -> vec3f {
+    return vec3f(screen.ray_origin + pixel * screen.ray_step, 1.0);
+}
+
+// A mean over the frames since anything moved.
+fn mean_with(before: vec4f, now: vec4f) -> vec4f {
+    if screen.still == 0u {
+        return now;
+    }
+    return mix(before, now, 1.0 / f32(screen.still + 1u));
+}
+
+// Two numbers in [0, 1) for a pixel: the first evenly spread over its neighbours (interleaved gradient noise, Jimenez 2014),
+// both over frames (Roberts' sequence of two dimensions).
+fn jitter(pixel: vec2f) -> vec2f {
+    let weights = vec2f(0.06711056, 0.00583715);
+    let angle = fract(52.9829189 * fract(dot(pixel, weights)));
+    // Of the other, no pattern may be left along the first one's stripes.
+    var hash = (u32(pixel.x) * 0x9e3779b9u) ^ (u32(pixel.y) * 0x85ebca6bu);
+    hash = (hash ^ (hash >> 15u)) * 0x2c1b3c6du;
+    hash = (hash ^ (hash >> 12u)) * 0x297a2d39u;
+    let radius = f32((hash ^ (hash >> 15u)) >> 8u) / 16777216.0;
+    return fract(vec2f(angle, radius) + f32(screen.still % 4096u) * vec2f(0.75487767, 0.56984029));
+}
+
+// What taps read of a surface, in one word: its normal by an octahedron in the lower half, its depth in the upper half; 0
+// where there is nothing.
+fn pack_surface(normal: vec3f, depth: f32) -> u32 {
+    let flat = normal.xy / (abs(normal.x) + abs(normal.y) + abs(normal.z));
+    let folded = (1.0 - abs(flat.yx)) * select(vec2f(-1.0), vec2f(1.0), flat >= vec2f(0.0));
+    let place = select(flat, folded, normal.z < 0.0);
+    // Eleven bits of mantissa and five of exponent, of powers of two from DEPTH_EXPONENT on.
+    let rounded = (bitcast<u32>(clamp(depth, 2.5e-4, 5e5)) + 0x800u) >> 12u;
+    return ((rounded - DEPTH_EXPONENT) << 16u) | (pack4x8snorm(vec4f(place, 0.0, 0.0)) & 0xffffu);
+}
+
+// The exponent of 2^-12 in a number of 32 bits, after a shift by 12.
+const DEPTH_EXPONENT = 0x39800u;
+
+fn unpack_depth(surface: u32) -> f32 {
+    let depth = bitcast<f32>(((surface >> 16u) + DEPTH_EXPONENT) << 12u);
+    return select(depth, 0.0, surface == 0u);
+}
+
+fn unpack_normal(surface: u32) -> vec3f {
+    let place = unpack4x8snorm(surface).xy;
+    let height = 1.0 - abs(place.x) - abs(place.y);
+    let fold = max(-height, 0.0);
+    return normalize(vec3f(place - fold * sign(place), height));
+}
+
+// Light in one word: three mantissas and an exponent that they share (Ward 1991).
+fn pack_light(light: vec3f) -> u32 {
+    let largest = max(max(light.x, light.y), max(light.z, 1e-30));
+    let exponent = u32(clamp(floor(log2(largest)) + 128.0, 1.0, 254.0));
+    return (exponent << 24u) | (pack4x8unorm(vec4f(light / bitcast<f32>(exponent << 23u), 0.0)) & 0xffffffu);
+}
+
+fn unpack_light(word: u32) -> vec3f {
+    return unpack4x8unorm(word).xyz * bitcast<f32>((word >> 24u) << 23u);
+}

@@ -1,0 +1,143 @@
+//! What a picture of one size keeps on the card.
+
+use super::settings::ScreenSettings;
+use crate::gpu::mesh_view::LAYER_FORMATS;
+
+/// A texture of one image for each layer.
+pub(super) struct Layered {
+    pub(super) texture: wgpu::Texture,
+    /// All layers, to be read.
+    pub(super) all: wgpu::TextureView,
+    /// Each by itself.
+    pub(super) each: [wgpu::TextureView; 2],
+}
+
+/// Textures and buffers. A buffer of all layers holds the first layer's pixels row by row, then the second's.
+pub(super) struct Targets {
+    pub(super) size: [u32; 2],
+    pub(super) layers: u32,
+    pub(super) has_tail: bool,
+    pub(super) normals: Layered,
+    pub(super) reflectances: Layered,
+    pub(super) depths: Layered,
+    /// Depth of the last frame's first layer.
+    pub(super) last_depth: wgpu::Texture,
+    pub(super) geometry: wgpu::Buffer,
+    pub(super) reflectance: wgpu::Buffer,
+    pub(super) direct: wgpu::Buffer,
+    /// What taps read, by direct light and by each bounce in turn: surface and radiosity, two words a pixel.
+    pub(super) outgoing: [wgpu::Buffer; 2],
+    /// Mean irradiance of each bounce.
+    pub(super) gathered: Vec<wgpu::Buffer>,
+    pub(super) indirect: wgpu::Buffer,
+    /// What the filter's first pass leaves.
+    pub(super) half_filtered: wgpu::Buffer,
+    /// Mean openness of the first layer, one number a pixel; the same to be filtered, and to be shown.
+    pub(super) obscured: wgpu::Buffer,
+    pub(super) obscured_words: wgpu::Buffer,
+    pub(super) obscurance: wgpu::Buffer,
+    /// Two that are written in turn.
+    pub(super) pages: [wgpu::Buffer; 2],
+}
+
+/// Bytes of a pixel in a buffer.
+const PIXEL_BYTES: u64 = 16;
+/// Columns, rows, number of a page's pictures, and a spare word.
+const PAGE_HEADER: u64 = 16;
+
+impl Targets {
+    /// True if it serves these settings.
+    pub(super) fn is_for(&self, size: [u32; 2], settings: &ScreenSettings) -> bool {
+        let is_same = self.layers == settings.layers() && self.has_tail != settings.no_tail;
+        self.size == size && is_same && self.gathered.len() == bounces(settings)
+    }
+
+    /// The largest number of pixels that the device takes.
+    pub(super) fn most_pixels(device: &wgpu::Device, settings: &ScreenSettings) -> u64 {
+        let limits = device.limits();
+        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        (bytes - PAGE_HEADER) / (PIXEL_BYTES * u64::from(settings.layers()))
+    }
+
+    pub(super) fn new(device: &wgpu::Device, [width, height]: [u32; 2], settings: &ScreenSettings) -> Self {
+        use wgpu::{BufferUsages as Usage, TextureUsages as Use};
+        let layers = settings.layers();
+        let texture = |label, format, usage, layers| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: Use::TEXTURE_BINDING | usage,
+                view_formats: &[],
+            })
+        };
+        let layered = |label, format, usage| layered(texture(label, format, Use::RENDER_ATTACHMENT | usage, 2));
+        let depth_format = wgpu::TextureFormat::Depth32Float;
+        let pixels = u64::from(width) * u64::from(height);
+        let buffer = |label, bytes| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: bytes,
+                usage: Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let of_layers = |label| buffer(label, PIXEL_BYTES * pixels * u64::from(layers));
+        let words = |label, layers: u32| buffer(label, 8 * pixels * u64::from(layers));
+        let page = || buffer("screen page", PAGE_HEADER + PIXEL_BYTES * pixels);
+        Self {
+            size: [width, height],
+            layers,
+            has_tail: !settings.no_tail,
+            normals: layered("normals", LAYER_FORMATS[0], Use::empty()),
+            reflectances: layered("reflectances", LAYER_FORMATS[1], Use::empty()),
+            depths: layered("depths", depth_format, Use::COPY_SRC),
+            last_depth: texture("last depth", depth_format, Use::COPY_DST, 1),
+            geometry: of_layers("geometry"),
+            reflectance: of_layers("reflectance"),
+            direct: of_layers("direct"),
+            outgoing: [words("outgoing", layers), words("outgoing next", layers)],
+            gathered: (0..bounces(settings)).map(|_| of_layers("gathered")).collect(),
+            indirect: of_layers("indirect"),
+            half_filtered: words("half filtered", layers),
+            obscured: buffer("obscured", 4 * pixels),
+            obscured_words: words("obscured words", 1),
+            obscurance: buffer("obscurance", PIXEL_BYTES * pixels),
+            pages: [page(), page()],
+        }
+    }
+
+    /// Pixels of a picture.
+    pub(super) fn pixels(&self) -> u32 {
+        self.size[0] * self.size[1]
+    }
+
+    /// Keeps the depth of the first layer for the next frame.
+    pub(super) fn keep_depth(&self, encoder: &mut wgpu::CommandEncoder) {
+        let size = self.last_depth.size();
+        encoder.copy_texture_to_texture(self.depths.texture.as_image_copy(), self.last_depth.as_image_copy(), size);
+    }
+}
+
+fn bounces(settings: &ScreenSettings) -> usize {
+    settings.bounces as usize
+}
+
+fn layered(texture: wgpu::Texture) -> Layered {
+    let one = |layer| {
+        texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            base_array_layer: layer,
+            array_layer_count: Some(1),
+            ..wgpu::TextureViewDescriptor::default()
+        })
+    };
+    let all = texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..wgpu::TextureViewDescriptor::default()
+    });
+    Layered { all, each: [one(0), one(1)], texture }
+}

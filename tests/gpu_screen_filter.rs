@@ -1,0 +1,117 @@
+//! The weights of the screen-space filter, against their closed form.
+#![cfg(feature = "gpu")]
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+use glam::{Vec2, Vec3};
+use radiosity::gpu::{
+    device,
+    screen_space::{
+        filter::FILTER_WGSL,
+        uniforms::{SCREEN_WGSL, ScreenUniforms},
+    },
+};
+use wgpu::util::DeviceExt as _;
+
+const COLUMNS: usize = 41;
+const RADIUS: i32 = 9;
+
+/// A surface as `pack_surface` in screen.wgsl: depth 1 or 2, and a normal that faces the camera or the right.
+fn surface(depth: u32, faces_right: bool) -> u32 {
+    let depth_word = if depth == 1 { 0x6000 } else { 0x6800 };
+    // On the octahedron, (0, 0, -1) is (1, 1), and (1, 0, 0) is (1, 0).
+    let normal = if faces_right { 0x007f } else { 0x7f7f };
+    depth_word << 16 | normal
+}
+
+/// The exponent of 1 and its mantissa, 128 / 255 of 2.
+const ONE: u32 = 128 << 24 | 0x0080_8080;
+const NONE: u32 = 1 << 24;
+
+/// A row of pixels filtered along itself.
+fn filtered(row: &[[u32; 2]; COLUMNS]) -> Option<Vec<f64>> {
+    let (device, queue) = device::headless().map_err(|reason| println!("skipped: {reason}")).ok()?;
+    let uniforms = ScreenUniforms {
+        size: [COLUMNS as u32, 1],
+        layers: 1,
+        // Depth 1 in a picture 0.04 wide: all of a plane that faces the camera.
+        ray_origin: Vec2::new(-0.02, 0.0),
+        ray_step: Vec2::new(0.001, 0.001),
+        filter_radius: RADIUS as f32,
+        filter_depth: 0.05,
+        end: COLUMNS as u32,
+        eye: Vec3::ZERO,
+        ..ScreenUniforms::default()
+    };
+    let buffer = |contents: &[u8], usage| {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+    };
+    let uniforms = buffer(bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
+    let words = buffer(bytemuck::cast_slice(row), wgpu::BufferUsages::STORAGE);
+    let target = buffer(&[0; 16 * COLUMNS], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
+    let read = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: target.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    // The pass down, turned to run along the row: it is the one that leaves numbers.
+    let source =
+        format!("{SCREEN_WGSL}{}", FILTER_WGSL.replace("blur(index, vec2i(0, 1))", "blur(index, vec2i(1, 0))"));
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: Some("down"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let entries = [(0, &uniforms), (1, &words), (3, &target)]
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
+    let layout = &pipeline.get_bind_group_layout(0);
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(1, 1, 1);
+    }
+    encoder.copy_buffer_to_buffer(&target, 0, &read, 0, target.size());
+    queue.submit([encoder.finish()]);
+    read.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let mapped = read.slice(..).get_mapped_range().unwrap();
+    let values: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&mapped);
+    Some(values.iter().map(|value| f64::from(value[0])).collect())
+}
+
+#[test]
+fn one_bright_pixel_of_a_plane_becomes_a_gaussian_whose_radius_is_three_deviations() {
+    let middle = COLUMNS / 2;
+    let mut row = [[surface(1, false), NONE]; COLUMNS];
+    row[middle][1] = ONE;
+    let Some(found) = filtered(&row) else { return };
+    let gaussian = |offset: i32| (-0.5 * (3.0 * f64::from(offset) / f64::from(RADIUS)).powi(2)).exp();
+    let sum: f64 = (-RADIUS..=RADIUS).map(gaussian).sum();
+    for (column, value) in (0..).zip(&found) {
+        let offset = column - middle as i32;
+        let expected = if offset.abs() <= RADIUS { 2.0 * 128.0 / 255.0 * gaussian(offset) / sum } else { 0.0 };
+        assert!((value - expected).abs() < 1e-5, "{value} instead of {expected} at {offset}");
+    }
+}
+
+#[test]
+fn nothing_crosses_an_edge_of_depth_or_of_direction() {
+    for (there, name) in [(surface(2, false), "depth"), (surface(1, true), "direction"), (0, "nothing behind")] {
+        let bright = |column: usize| if column < 20 { [surface(1, false), ONE] } else { [there, NONE] };
+        let Some(found) = filtered(&std::array::from_fn(bright)) else { return };
+        for (column, value) in found.iter().enumerate() {
+            let expected = if column < 20 { 2.0 * 128.0 / 255.0 } else { 0.0 };
+            assert!((value - expected).abs() < 1e-5, "{name}: {value} instead of {expected} in column {column}");
+        }
+    }
+}
