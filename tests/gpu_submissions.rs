@@ -87,7 +87,9 @@ fn passes_are_timed_by_the_device_and_take_no_longer_than_all_of_it() {
     assert!(seconds > 0.0 && seconds < started.elapsed().as_secs_f64(), "{times:?}");
     let runs = |name: &str| times.iter().find(|time| time.pass == name).unwrap().runs;
     assert_eq!(runs("choose shooters"), solver.ledger().batches);
-    assert_eq!(runs("receive"), solver.submissions().0);
+    // A submission may hold some faces of a hemicube and no more.
+    let (batches, submissions) = (solver.ledger().batches, solver.submissions().0);
+    assert!((batches..=submissions).contains(&runs("receive")), "{times:?} in {submissions} submissions");
 }
 
 #[test]
@@ -118,9 +120,7 @@ fn shaders_are_taken_from_a_folder_and_the_old_ones_stay_where_the_new_do_not_co
     assert_eq!(outcome, Ok(()));
     assert!((doubled / before - 2.0).abs() < 1e-3, "{before} and {doubled}");
     // One that is no WGSL, and one that is but does not fit its buffers.
-    let without_buffers = "@group(0) @binding(0) var<uniform> settings: Settings;
-        @group(0) @binding(6) var depth: texture_2d<f32>;
-        @compute @workgroup_size(64)\nfn receive() {}";
+    let without_buffers = "@compute @workgroup_size(64)\nfn receive() {}";
     for (edit, expected) in [("fn receive(", "receive.wgsl"), (without_buffers, "old shaders stay")] {
         let (outcome, kept) = reloaded(edit);
         assert!(outcome.as_ref().is_err_and(|problem| problem.contains(expected)), "{outcome:?}");

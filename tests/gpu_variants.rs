@@ -9,7 +9,7 @@ use std::{f32::consts::PI, sync::Arc};
 use common::lightmap::*;
 use glam::Vec3;
 use radiosity::{
-    lightmap::{Attenuation, GpuSettings, LightmapSettings},
+    lightmap::{Attenuation, GpuSettings, LightmapSettings, Texel, Visibility},
     scene::{AreaLight, LoadOptions, area_light::AreaLightState, builtin},
 };
 
@@ -133,4 +133,54 @@ fn bias_moves_the_shadow_and_the_filter_softens_its_edge() {
     };
     let (little, much) = (lit(0.5), lit(8.0));
     assert!(much > little + 0.02 && much > 0.99, "{little} and {much}");
+}
+
+/// A floor of 4 m, cut into squares, and a board above it that is cut likewise.
+fn floor_and_board(cuts: u32) -> String {
+    let mut obj = String::new();
+    let mut corner = 0;
+    let mut square = |low: [f32; 2], side: f32, height: f32| {
+        let [x, z] = low;
+        for (x, z) in [(x, z), (x, z + side), (x + side, z + side), (x + side, z)] {
+            obj.push_str(&format!("v {x} {height} {z}\n"));
+        }
+        obj.push_str(&format!("f {} {} {} {}\n", corner + 1, corner + 2, corner + 3, corner + 4));
+        corner += 4;
+    };
+    let step = 1.0 / cuts as f32;
+    for (column, row) in (0..cuts * cuts).map(|index| ((index % cuts) as f32, (index / cuts) as f32)) {
+        square([4.0 * step * column - 2.0, 4.0 * step * row - 2.0], 4.0 * step, 0.0);
+        square([0.8 * step * column - 0.5, 0.8 * step * row - 0.3], 0.8 * step, 0.3);
+    }
+    obj
+}
+
+#[test]
+fn hemispheres_see_what_rays_do_where_triangles_are_small_and_something_else_where_they_are_large() {
+    let light =
+        AreaLightState { centre: [0.1, 0.8, 0.1], u: [0.05, 0.0, 0.0], v: [0.0, 0.0, 0.05], radiance: [5.0; 3] };
+    let misplaced = |cuts, visibility| {
+        let scene = from_obj(&floor_and_board(cuts), "newmtl unused\n");
+        let atlas = atlas_of(&scene, &texels(6000));
+        let light: AreaLight = light.to_local(&scene.frame);
+        let settings = GpuSettings { visibility, light_side: 1, light_hemicube: 512, ..GpuSettings::default() };
+        let solver = solved(solver(&scene, &atlas, Some(light), &settings));
+        assert_eq!(solver.item_buffer().is_some(), visibility == Visibility::Hemisphere);
+        // Texels at a triangle's edge are left out: they may be seen under the number of the next.
+        let is_inside = |texel: &Texel| {
+            let corners = scene.mesh.corners(texel.triangle);
+            (0..3).all(|side| {
+                let (from, along) = (corners[side], (corners[(side + 1) % 3] - corners[side]).normalize());
+                (texel.position - from).cross(along).length() > 0.012
+            })
+        };
+        let direct = solver.fields().unwrap().direct;
+        let found = against_rays(&scene, &atlas, &light, &direct, |texel| texel.position.y < 0.0 && is_inside(texel));
+        assert!(found.shaded > 20, "{} texels in shadow", found.shaded);
+        found.misplaced
+    };
+    let [cubes, coarse] = [Visibility::Hemicube, Visibility::Hemisphere].map(|visibility| misplaced(1, visibility));
+    let fine = misplaced(16, Visibility::Hemisphere);
+    println!("{cubes}, {coarse}, {fine}");
+    assert!(cubes < 0.02 && fine < 0.03 && coarse > 0.1, "{cubes}; hemispheres {fine}, of large triangles {coarse}");
 }

@@ -38,7 +38,10 @@ fn source(file: &str) -> String {
         "visibility.wgsl" => format!("{}{text}", source("vertex_field.wgsl")),
         "resolve.wgsl" => format!("{FRAME_WGSL}{SHADING_WGSL}{text}"),
         "map_picture.wgsl" | "blit.wgsl" | "frame.wgsl" | "lightmap/patches.wgsl" | "lightmap/on_face.wgsl" => text,
-        "lightmap/hemicube.wgsl" | "lightmap/cutouts.wgsl" | "lightmap/item_buffer.wgsl" => {
+        "lightmap/hemicube.wgsl"
+        | "lightmap/hemisphere.wgsl"
+        | "lightmap/cutouts.wgsl"
+        | "lightmap/item_buffer.wgsl" => {
             format!("{ON_FACE_WGSL}{text}")
         }
         "screen_space/g_buffer.wgsl" => {
@@ -47,8 +50,11 @@ fn source(file: &str) -> String {
         "screen_space/screen.wgsl" => text,
         "screen_space/light.wgsl" => light_source(),
         _ if file.starts_with("screen_space/") => format!("{SCREEN_WGSL}{text}"),
-        "lightmap/receive.wgsl" | "lightmap/visibility.wgsl" => {
-            format!("{PATCHES_WGSL}{VISIBILITY_WGSL}{}", beside("lightmap/receive.wgsl").unwrap())
+        "lightmap/see_by_item.wgsl" => format!("{PATCHES_WGSL}{VISIBILITY_WGSL}{text}"),
+        "lightmap/receive.wgsl" | "lightmap/visibility.wgsl" | "lightmap/see_by_depth.wgsl" => {
+            let [seen, receive] =
+                ["see_by_depth", "receive"].map(|name| beside(&format!("lightmap/{name}.wgsl")).unwrap());
+            format!("{PATCHES_WGSL}{VISIBILITY_WGSL}{seen}{receive}")
         }
         _ if file.starts_with("lightmap/") => format!("{PATCHES_WGSL}{text}"),
         _ => format!("{FRAME_WGSL}{text}"),
@@ -117,7 +123,7 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     );
     assert_eq!(
         patches("Receiver"),
-        rust_layout!(Receiver: position, area, geometric_normal, spare, shading_normal, spare_too, reflectance,
+        rust_layout!(Receiver: position, area, geometric_normal, triangle, shading_normal, spare_too, reflectance,
             spare_again)
     );
     assert_eq!(

@@ -68,6 +68,8 @@ pub struct ShownMap {
     pub page_count: u32,
     /// Depth of the groups' hemicubes.
     pub hemicubes: wgpu::TextureView,
+    /// Items of the groups' hemispheres, if there are any.
+    pub items: Option<wgpu::TextureView>,
     /// Columns and rows of that.
     pub hemicubes_size: [u32; 2],
 }
@@ -239,6 +241,7 @@ impl Work {
             page_size: charts.page_size,
             page_count: charts.page_count,
             hemicubes: solver.hemicube_depth().0.clone(),
+            items: solver.item_buffer().cloned(),
             hemicubes_size: solver.hemicube_depth().1,
         })));
         Ok(())

@@ -55,6 +55,7 @@ pub struct LightmapPanel {
 enum Picture {
     Page,
     Hemicubes,
+    Items,
 }
 
 impl Default for LightmapPanel {
@@ -163,6 +164,7 @@ impl LightmapPanel {
         settings.far_group = settings.far_group.next_power_of_two();
         choice_row(ui, "Attenuation", &help("attenuation"), &mut settings.attenuation);
         row(ui, "Bias", &help("bias"), Slider::new(&mut settings.bias, 0.0..=8.0));
+        choice_row(ui, "Visibility", &help("visibility"), &mut settings.visibility);
         choice_row(ui, "Order", &help("order"), &mut settings.order);
         choice_row(ui, "Unshot light", &help("ambient"), &mut settings.ambient);
         choice_row(ui, "Update", &help("update"), &mut settings.update);
@@ -224,6 +226,10 @@ impl LightmapPanel {
             let tooltip = "Depth of the hemicubes that shot last: top, then four sides; white is near";
             ui.selectable_value(&mut self.picture, Picture::Page, "Map").on_hover_text("A page of the lightmap");
             ui.selectable_value(&mut self.picture, Picture::Hemicubes, "Hemicubes").on_hover_text(tooltip);
+            if shown.items.is_some() {
+                let tooltip = "Triangles that the hemispheres which shot last show, each in a colour of its own";
+                ui.selectable_value(&mut self.picture, Picture::Items, "Items").on_hover_text(tooltip);
+            }
             ui.checkbox(&mut self.outlines, "Outlines").on_hover_text("Of the charts");
             if shown.page_count > 1 {
                 let label = ui.label("Page");
@@ -231,9 +237,10 @@ impl LightmapPanel {
                 ui.add(page).labelled_by(label.id);
             }
         });
-        let (size, pictured) = match self.picture {
-            Picture::Hemicubes => (shown.hemicubes_size, Pictured::Hemicubes(shown.hemicubes.clone())),
-            Picture::Page => (
+        let (size, pictured) = match (self.picture, &shown.items) {
+            (Picture::Items, Some(items)) => (shown.hemicubes_size, Pictured::Items(items.clone())),
+            (Picture::Hemicubes, _) => (shown.hemicubes_size, Pictured::Hemicubes(shown.hemicubes.clone())),
+            _ => (
                 shown.page_size,
                 Pictured::Page {
                     pages: shown.pages.clone(),
@@ -245,7 +252,11 @@ impl LightmapPanel {
         };
         let size = egui::vec2(size[0] as f32, size[1] as f32);
         let (rect, response) = ui.allocate_exact_size(size * (ui.available_width() / size.x).min(4.0), Sense::hover());
-        let name = if self.picture == Picture::Page { "A page of the lightmap" } else { "Depth of hemicubes" };
+        let name = match self.picture {
+            Picture::Page => "A page of the lightmap",
+            Picture::Hemicubes => "Depth of hemicubes",
+            Picture::Items => "Items of hemispheres",
+        };
         response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, name));
         let whole = Rect::from_min_size(rect.min, rect.size());
         let frame = MapPictureFrame { pictured, tone_map: *tone_map, origin: [0; 2], size: [0; 2] };

@@ -46,6 +46,8 @@ pub enum Pictured {
     },
     /// Depth of hemicubes ([`super::lightmap::GpuSolver::hemicube_depth`]).
     Hemicubes(wgpu::TextureView),
+    /// Items of hemispheres ([`super::lightmap::GpuSolver::item_buffer`]).
+    Items(wgpu::TextureView),
 }
 
 /// A picture on its way to the window.
@@ -65,9 +67,11 @@ pub struct MapPictureFrame {
 pub struct MapPicture {
     page: wgpu::RenderPipeline,
     depth: wgpu::RenderPipeline,
+    items: wgpu::RenderPipeline,
     codes_itself: bool,
     uniforms: wgpu::Buffer,
-    group: Option<(bool, wgpu::BindGroup)>,
+    /// What is shown, and the pipeline for it.
+    shown: Option<(wgpu::BindGroup, wgpu::RenderPipeline)>,
 }
 
 impl MapPicture {
@@ -85,7 +89,8 @@ impl MapPicture {
             mapped_at_creation: false,
         });
         let codes_itself = target_format.is_srgb();
-        Self { page: pipeline("page"), depth: pipeline("depth"), codes_itself, uniforms, group: None }
+        let [page, depth, items] = ["page", "depth", "items"].map(pipeline);
+        Self { page, depth, items, codes_itself, uniforms, shown: None }
     }
 
     /// Takes the picture that the next pass shows.
@@ -105,6 +110,7 @@ impl MapPicture {
                 (&self.page, 1, pages.as_entire_binding())
             }
             Pictured::Hemicubes(depth) => (&self.depth, 2, wgpu::BindingResource::TextureView(depth)),
+            Pictured::Items(items) => (&self.items, 3, wgpu::BindingResource::TextureView(items)),
         };
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
@@ -115,13 +121,13 @@ impl MapPicture {
                 wgpu::BindGroupEntry { binding, resource },
             ],
         });
-        self.group = Some((binding == 1, group));
+        self.shown = Some((group, pipeline.clone()));
     }
 
     /// Draws it over the viewport.
     pub fn record(&self, pass: &mut wgpu::RenderPass<'_>) {
-        let Some((is_page, group)) = &self.group else { return };
-        pass.set_pipeline(if *is_page { &self.page } else { &self.depth });
+        let Some((group, pipeline)) = &self.shown else { return };
+        pass.set_pipeline(pipeline);
         pass.set_bind_group(0, group, &[]);
         pass.draw(0..3, 0..1);
     }

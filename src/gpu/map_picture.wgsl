@@ -26,6 +26,7 @@ struct Pages {
 @group(0) @binding(0) var<uniform> picture: PictureUniforms;
 @group(0) @binding(1) var<storage, read> pages: Pages;
 @group(0) @binding(2) var hemicubes: texture_2d<f32>;
+@group(0) @binding(3) var item_numbers: texture_2d<u32>;
 
 const PI = 3.14159265358979;
 const OUTLINE = vec3f(1.0, 0.55, 0.1);
@@ -85,4 +86,16 @@ fn depth(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     // White is near; each halving of the grey is four times as far.
     return shown(vec3f(clamp(1.0 + 0.125 * log2(0.02 * stored / NEAR), 0.05, 1.0)));
+}
+
+// A colour for every triangle; neighbours in the list differ.
+@fragment
+fn items(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let place = vec2u(point(position) * vec2f(textureDimensions(item_numbers)));
+    let item = textureLoad(item_numbers, place, 0).x;
+    if item == 0u {
+        return shown(vec3f(0.1, 0.1, 0.25));
+    }
+    let mixed = (item * 2654435761u) ^ ((item * 2654435761u) >> 15u);
+    return shown(vec3f(vec3u(mixed, mixed >> 8u, mixed >> 16u) & vec3u(255u)) / 255.0 * 0.8 + 0.2);
 }

@@ -29,6 +29,19 @@ pub enum Attenuation {
     Patch,
 }
 
+/// How a shooter sees.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Visibility {
+    /// By the depth on the five faces of a hemicube.
+    #[default]
+    Hemicube,
+    /// By the numbers of the triangles on one hemisphere seen from above (Coombe and Harris 2005). Edges are straight there
+    /// that should be bent: light and shadow are misplaced where triangles are large; texels at a triangle's edge stay
+    /// dark; cut-outs are whole.
+    Hemisphere,
+}
+
 /// What is shown and written for the light that has still to be shot.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -72,6 +85,9 @@ pub struct GpuSettings {
     /// How light fades with distance.
     #[arg(long, value_enum, default_value_t = GpuSettings::default().attenuation)]
     pub attenuation: Attenuation,
+    /// How a shooter sees.
+    #[arg(long, value_enum, default_value_t = GpuSettings::default().visibility)]
+    pub visibility: Visibility,
     /// Pixels along a group's hemicube: even, 16 to 512.
     #[arg(long, value_name = "PIXELS", default_value_t = GpuSettings::default().hemicube)]
     pub hemicube: u32,
@@ -109,6 +125,7 @@ impl Default for GpuSettings {
             far_group: 16,
             order: ShootingOrder::Brightest,
             attenuation: Attenuation::Physical,
+            visibility: Visibility::Hemicube,
             hemicube: 64,
             light_hemicube: 256,
             light_side: 5,

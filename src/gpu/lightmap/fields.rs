@@ -66,6 +66,11 @@ impl GpuSolver {
         (&self.hemicubes.pass.depth, self.hemicubes.pass.layout.size())
     }
 
+    /// Items of the last batch's hemispheres, lights apart, if it has them: numbers of triangles + 1.
+    pub fn item_buffer(&self) -> Option<&wgpu::TextureView> {
+        self.hemicubes.pass.hemispheres.as_ref().map(|pass| &pass.items)
+    }
+
     /// Reads the fields back, for a file or a comparison.
     ///
     /// # Errors

@@ -9,10 +9,12 @@ use glam::Vec2;
 
 use super::{
     cutouts::{CutoutBuffers, CutoutPass},
+    hemisphere::{self, HemispherePass},
     pipelines::{FaceDraw, POSITIONS, face_pipeline, module},
     shaders::Shaders,
 };
 use crate::{
+    lightmap::Visibility,
     scene::Scene,
     student::hemicube::{HemicubeFace, delta_form_factor},
 };
@@ -90,6 +92,8 @@ pub struct SceneBuffers {
     indices: wgpu::Buffer,
     pub(in crate::gpu) index_count: u32,
     cutouts: Option<CutoutBuffers>,
+    /// What hemispheres show; none if there are to be none.
+    corners: Option<wgpu::Buffer>,
 }
 
 impl SceneBuffers {
@@ -99,7 +103,7 @@ impl SceneBuffers {
     }
 
     /// Uploads the triangles that hide what lies behind them.
-    pub fn new(device: &wgpu::Device, scene: &Scene) -> Self {
+    pub fn new(device: &wgpu::Device, scene: &Scene, visibility: Visibility) -> Self {
         let triangles = (0..scene.mesh.triangles.len() as u32).filter(|triangle| !scene.may_be_cut_out(*triangle));
         let indices: Vec<u32> = triangles.flat_map(|triangle| scene.mesh.triangles[triangle as usize]).collect();
         let buffer = |label, bytes: &[u8], usage| {
@@ -113,6 +117,7 @@ impl SceneBuffers {
             index_count: indices.len() as u32,
             indices: buffer("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             cutouts: CutoutBuffers::new(device, scene),
+            corners: (visibility == Visibility::Hemisphere).then(|| hemisphere::corners(device, scene)),
         }
     }
 }
@@ -123,6 +128,8 @@ pub struct HemicubePass {
     pub layout: TileLayout,
     /// The atlas's depth.
     pub depth: wgpu::TextureView,
+    /// Drawn instead of hemicubes.
+    pub(super) hemispheres: Option<HemispherePass>,
     pipeline: wgpu::RenderPipeline,
     cutouts: Option<CutoutPass>,
 }
@@ -147,12 +154,14 @@ impl HemicubePass {
             view_formats: &[],
         });
         let depth = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self::of(device, shaders, scene, (layout, depth))
+        let hemispheres = scene.corners.as_ref().map(|corners| HemispherePass::new(device, shaders, corners, layout));
+        Self { hemispheres, ..Self::of(device, shaders, scene, (layout, depth)) }
     }
 
     /// The same with other shaders.
     pub(super) fn reloaded(&self, device: &wgpu::Device, shaders: &Shaders, scene: &SceneBuffers) -> Self {
-        Self::of(device, shaders, scene, (self.layout, self.depth.clone()))
+        let hemispheres = self.hemispheres.as_ref().map(|pass| pass.reloaded(device, shaders));
+        Self { hemispheres, ..Self::of(device, shaders, scene, (self.layout, self.depth.clone())) }
     }
 
     fn of(
@@ -169,7 +178,7 @@ impl HemicubePass {
         };
         let cutouts =
             scene.cutouts.as_ref().map(|buffers| CutoutPass::new(device, &shaders.cutouts, buffers, ("cut_out", None)));
-        Self { layout, depth, pipeline: face_pipeline(device, &draw), cutouts }
+        Self { layout, depth, hemispheres: None, pipeline: face_pipeline(device, &draw), cutouts }
     }
 
     /// Draws faces, by their number (5 a hemicube), with the matrices in `faces`; first clears all of them if `clears`.
@@ -182,9 +191,10 @@ impl HemicubePass {
         timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) {
         let load = if clears { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
+        let items: Vec<_> = self.hemispheres.iter().map(|pass| Some(pass.attachment(clears))).collect();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("hemicubes"),
-            color_attachments: &[],
+            color_attachments: items.as_slice(),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,
                 depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),
@@ -194,6 +204,10 @@ impl HemicubePass {
             occlusion_query_set: None,
             multiview_mask: None,
         });
+        if let Some(hemispheres) = &self.hemispheres {
+            hemispheres.draw(&mut pass, self.layout, faces, drawn);
+            return;
+        }
         pass.set_pipeline(&self.pipeline);
         pass.set_vertex_buffer(0, scene.positions.slice(..));
         pass.set_vertex_buffer(1, faces.slice(..));

@@ -58,7 +58,7 @@ pub struct ItemBuffers {
 }
 
 /// What item buffers show.
-const ITEM_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+pub(super) const ITEM_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
 impl ItemBuffers {
     /// For the elements of a scene, with the holes that its materials cut into them; the rest as [`Self::new`].

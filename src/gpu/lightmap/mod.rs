@@ -13,6 +13,7 @@ pub mod cutouts;
 pub mod fields;
 mod groups;
 pub mod hemicube;
+pub mod hemisphere;
 pub mod item_buffer;
 pub mod lamps;
 mod ledger;

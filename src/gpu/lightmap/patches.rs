@@ -60,8 +60,8 @@ pub struct Receiver {
     pub area: f32,
     /// Unit normal of its plane.
     pub geometric_normal: Vec3,
-    /// Not used.
-    pub spare: f32,
+    /// The triangle of its largest part.
+    pub triangle: u32,
     /// Unit normal that light is received about.
     pub shading_normal: Vec3,
     /// Not used.
@@ -270,6 +270,7 @@ fn receiver(texel: &Texel) -> Receiver {
         position: texel.position,
         area: texel.open_area(),
         geometric_normal: texel.geometric_normal,
+        triangle: texel.triangle,
         shading_normal: texel.shading_normal,
         reflectance: texel.reflectance,
         ..Receiver::default()

@@ -32,7 +32,7 @@ struct Receiver {
     position: vec3f,
     area: f32,
     geometric_normal: vec3f,
-    spare: f32,
+    triangle: u32,
     shading_normal: vec3f,
     spare_too: f32,
     reflectance: vec3f,

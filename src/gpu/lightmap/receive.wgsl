@@ -1,14 +1,11 @@
-// What shooters give to texels (eq. 2 over pairs of patches). Group 0: settings, shooters, receivers,
-// irradiance, unshot radiosity, sums of power by workgroup, depth of the hemicubes. Comes after visibility.wgsl.
+// What shooters give to texels (eq. 2 over pairs of patches). It comes after visibility.wgsl and after what declares settings,
+// shooters and what a shooter sees (`seen`): see_by_depth.wgsl or see_by_item.wgsl. Group 0: those, receivers, irradiance,
+// unshot radiosity, sums of power by workgroup.
 
-@group(0) @binding(0) var<uniform> settings: Settings;
-@group(0) @binding(1) var<storage, read> shooters: array<Shooter>;
 @group(0) @binding(2) var<storage, read> receivers: array<Receiver>;
 @group(0) @binding(3) var<storage, read_write> irradiance: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> unshot: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> sums: array<PowerSums>;
-// Depth, as a texture of numbers: OpenGL loads no single texels of depth textures.
-@group(0) @binding(6) var depth: texture_2d<f32>;
 
 // A shooter nearer than this many times the root of its area is integrated as a polygon.
 override near_ratio: f32 = 5.0;
@@ -70,10 +67,7 @@ fn receive(
             let is_own = index - shooters[slot].first < shooters[slot].count;
             let factor = select(form_factor(receiver, slot), 0.0, is_own);
             if factor > 0.0 {
-                let offset = receiver.position - shooters[slot].origin;
-                let normal = shooters[slot].normal;
-                let seen = visibility(offset, receiver.geometric_normal, normal, shooters[slot].tangent, slot);
-                let added = factor * seen * shooters[slot].radiosity;
+                let added = factor * seen(receiver, slot) * shooters[slot].radiosity;
                 total += added;
                 still_unshot += receiver.reflectance * added;
                 mine.arrived += receiver.area * added;

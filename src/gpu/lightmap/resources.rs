@@ -5,10 +5,12 @@ use wgpu::util::DeviceExt as _;
 
 use super::{
     hemicube::{FACE_COUNT, HemicubePass, SceneBuffers, TileLayout, delta_form_factors},
+    hemisphere::pixel_weights,
     patches::{BatchSettings, Face, LedgerSums, Patches, PowerSums, Receiver, Shooter},
     pipelines::{compute_pipeline, module},
     shaders::Shaders,
 };
+use crate::lightmap::Visibility;
 
 /// Shooters of one batch, at most.
 pub(super) const MOST_SLOTS: u32 = 128;
@@ -27,9 +29,13 @@ pub(super) struct Pipelines {
 }
 
 impl Pipelines {
-    pub(super) fn new(device: &wgpu::Device, shaders: &Shaders) -> Self {
+    pub(super) fn new(device: &wgpu::Device, shaders: &Shaders, visibility: Visibility) -> Self {
         let module = |label, source: &str| module(device, label, source);
         let pipeline = |module: &wgpu::ShaderModule, entry| compute_pipeline(device, module, entry);
+        let receive = match visibility {
+            Visibility::Hemicube => &shaders.receive,
+            Visibility::Hemisphere => &shaders.receive_by_item,
+        };
         let (choose, ledger) = (module("choose.wgsl", &shaders.choose), module("ledger.wgsl", &shaders.ledger));
         Self {
             faces: pipeline(&module("faces.wgsl", &shaders.faces), "find_faces"),
@@ -38,7 +44,7 @@ impl Pipelines {
             choose: pipeline(&choose, "choose"),
             choose_mesh: pipeline(&choose, "choose_mesh"),
             take: pipeline(&choose, "take"),
-            receive: pipeline(&module("receive.wgsl", &shaders.receive), "receive"),
+            receive: pipeline(&module("receive.wgsl", receive), "receive"),
             find_escaped: pipeline(&ledger, "find_escaped"),
             add_up: pipeline(&ledger, "add_up"),
         }
@@ -175,9 +181,13 @@ impl HemicubeSet {
         (scene, layout): (&SceneBuffers, TileLayout),
     ) -> Self {
         let pass = HemicubePass::new(device, shaders, scene, layout);
+        let weights = match pass.hemispheres {
+            None => delta_form_factors(layout.resolution),
+            Some(_) => pixel_weights(layout.resolution),
+        };
         let weights = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("delta form factors"),
-            contents: bytemuck::cast_slice(&delta_form_factors(layout.resolution)),
+            contents: bytemuck::cast_slice(&weights),
             usage: wgpu::BufferUsages::STORAGE,
         });
         let (receive, escaped) = Self::bind(device, pipelines, buffers, &pass, &weights);
@@ -192,11 +202,12 @@ impl HemicubeSet {
         weights: &wgpu::Buffer,
     ) -> (wgpu::BindGroup, wgpu::BindGroup) {
         let Buffers { settings, receivers, shooters, irradiance, unshot, sums, escaped, .. } = buffers;
+        let seen = pass.hemispheres.as_ref().map_or((6, &pass.depth), |hemispheres| (7, &hemispheres.items));
         let receive = [(0, settings), (1, shooters), (2, receivers), (3, irradiance), (4, unshot), (5, sums)];
         let find_escaped = [(0, settings), (1, shooters), (3, weights), (4, escaped)];
         (
-            bind(device, &pipelines.receive, &receive, Some(&pass.depth)),
-            bind(device, &pipelines.find_escaped, &find_escaped, Some(&pass.depth)),
+            bind(device, &pipelines.receive, &receive, Some(seen)),
+            bind(device, &pipelines.find_escaped, &find_escaped, Some((6, &pass.depth))),
         )
     }
 
@@ -214,20 +225,19 @@ impl HemicubeSet {
     }
 }
 
-/// Buffers by binding, and the depth of the hemicubes at binding 6.
+/// Buffers by binding, and a texture by its own.
 fn bind(
     device: &wgpu::Device,
     pipeline: &wgpu::ComputePipeline,
     buffers: &[(u32, &wgpu::Buffer)],
-    depth: Option<&wgpu::TextureView>,
+    texture: Option<(u32, &wgpu::TextureView)>,
 ) -> wgpu::BindGroup {
     let mut entries: Vec<_> = buffers
         .iter()
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
         .collect();
-    entries.extend(
-        depth.map(|view| wgpu::BindGroupEntry { binding: 6, resource: wgpu::BindingResource::TextureView(view) }),
-    );
+    let texture = texture.map(|(binding, view)| (binding, wgpu::BindingResource::TextureView(view)));
+    entries.extend(texture.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }));
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &pipeline.get_bind_group_layout(0),
@@ -235,14 +245,21 @@ fn bind(
     })
 }
 
-/// Bytes that a solve keeps on the device: the texels, the scene's triangles, and the atlases of depth.
-pub(super) fn device_bytes(patches: &Patches, scene: &crate::scene::Scene, layouts: &[TileLayout]) -> u64 {
+/// Bytes that a solve keeps on the device: the texels, the scene's triangles, and the atlases of depth and of items.
+pub(super) fn device_bytes(
+    patches: &Patches,
+    scene: &crate::scene::Scene,
+    layouts: &[TileLayout],
+    visibility: Visibility,
+) -> u64 {
     let texels = patches.receivers.len() as u64;
     let fields = 5 * size_of::<Vec4>() as u64;
     let groups = patches.groups.len() as u64 * (size_of::<super::patches::Group>() as u64 + 8);
     let lamps = (patches.lamps.len() as u64 + u64::from(MOST_SLOTS)) * size_of::<Shooter>() as u64;
     let pixels: u64 = layouts.iter().map(|layout| layout.size().map(u64::from).iter().product::<u64>()).sum();
-    texels * (size_of::<Receiver>() as u64 + fields + 9) + groups + lamps + 4 * pixels + SceneBuffers::bytes(scene)
+    let (pixel, triangle) = if visibility == Visibility::Hemisphere { (8, 36) } else { (4, 0) };
+    let scene_bytes = SceneBuffers::bytes(scene) + triangle * scene.mesh.triangles.len() as u64;
+    texels * (size_of::<Receiver>() as u64 + fields + 9) + groups + lamps + pixel * pixels + scene_bytes
 }
 
 /// Refuses what the device cannot hold.
@@ -253,7 +270,14 @@ pub(super) fn check_size(
     most_mebibytes: u32,
 ) -> Result<(), String> {
     let limits = device.limits();
-    let most_bytes = limits.max_storage_buffer_binding_size / size_of::<Receiver>() as u64;
+    let binding = limits.max_storage_buffer_binding_size;
+    let most_bytes = binding / size_of::<Receiver>() as u64;
+    if size_of_val(patches.groups.as_slice()) as u64 > binding {
+        return Err(format!(
+            "{} groups of texels are more than this device takes: ask for fewer texels, or larger groups",
+            patches.groups.len()
+        ));
+    }
     let most_groups = 64 * u64::from(limits.max_compute_workgroups_per_dimension);
     let most = most_bytes.min(most_groups);
     let mebibytes = bytes.div_ceil(1 << 20);

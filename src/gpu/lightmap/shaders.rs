@@ -19,6 +19,14 @@ pub const PAGES_WGSL: &str = include_str!("pages.wgsl");
 /// What shaders that draw on hemicubes' faces begin with.
 pub const ON_FACE_WGSL: &str = include_str!("on_face.wgsl");
 
+/// What it sees by depth, and by items.
+pub const SEE_BY_DEPTH_WGSL: &str = include_str!("see_by_depth.wgsl");
+/// The other.
+pub const SEE_BY_ITEM_WGSL: &str = include_str!("see_by_item.wgsl");
+
+/// The shader that draws hemispheres.
+pub const HEMISPHERE_WGSL: &str = include_str!("hemisphere.wgsl");
+
 /// The shader that draws hemicubes.
 pub const HEMICUBE_WGSL: &str = include_str!("hemicube.wgsl");
 
@@ -31,9 +39,11 @@ pub struct Shaders {
     pub(super) faces: Cow<'static, str>,
     pub(super) choose: Cow<'static, str>,
     pub(super) receive: Cow<'static, str>,
+    pub(super) receive_by_item: Cow<'static, str>,
     pub(super) ledger: Cow<'static, str>,
     pub(super) pages: Cow<'static, str>,
     pub(super) hemicube: Cow<'static, str>,
+    pub(super) hemisphere: Cow<'static, str>,
     pub(super) cutouts: Cow<'static, str>,
 }
 
@@ -44,10 +54,12 @@ impl Default for Shaders {
         Self {
             faces: with_patches(FACES_WGSL),
             choose: with_patches(CHOOSE_WGSL),
-            receive: with_patches(&format!("{VISIBILITY_WGSL}{RECEIVE_WGSL}")),
+            receive: with_patches(&format!("{VISIBILITY_WGSL}{SEE_BY_DEPTH_WGSL}{RECEIVE_WGSL}")),
+            receive_by_item: with_patches(&format!("{VISIBILITY_WGSL}{SEE_BY_ITEM_WGSL}{RECEIVE_WGSL}")),
             ledger: with_patches(LEDGER_WGSL),
             pages: with_patches(PAGES_WGSL),
             hemicube: with_faces(HEMICUBE_WGSL),
+            hemisphere: with_faces(HEMISPHERE_WGSL),
             cutouts: with_faces(CUTOUTS_WGSL),
         }
     }
@@ -67,6 +79,9 @@ impl Shaders {
             std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))
         };
         let (patches, on_face) = (read("patches.wgsl")?, read("on_face.wgsl")?);
+        let visibility = read("visibility.wgsl")?;
+        let by_depth = format!("{patches}{visibility}{}", read("see_by_depth.wgsl")?);
+        let by_item = format!("{patches}{visibility}{}", read("see_by_item.wgsl")?);
         let checked = |name: &str, before: &str| {
             let source = format!("{before}{}", read(name)?);
             match wgpu::naga::front::wgsl::parse_str(&source) {
@@ -77,10 +92,12 @@ impl Shaders {
         Ok(Self {
             faces: checked("faces.wgsl", &patches)?,
             choose: checked("choose.wgsl", &patches)?,
-            receive: checked("receive.wgsl", &format!("{patches}{}", read("visibility.wgsl")?))?,
+            receive: checked("receive.wgsl", &by_depth)?,
+            receive_by_item: checked("receive.wgsl", &by_item)?,
             ledger: checked("ledger.wgsl", &patches)?,
             pages: checked("pages.wgsl", &patches)?,
             hemicube: checked("hemicube.wgsl", &on_face)?,
+            hemisphere: checked("hemisphere.wgsl", &on_face)?,
             cutouts: checked("cutouts.wgsl", &on_face)?,
         })
     }

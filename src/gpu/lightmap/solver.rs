@@ -70,14 +70,14 @@ impl GpuSolver {
         let most = device.limits().max_texture_dimension_2d.min(4096);
         let resolutions = [settings.light_hemicube, settings.hemicube];
         let layouts = resolutions.map(|resolution| TileLayout::new(resolution, MOST_SLOTS, most));
-        let bytes = device_bytes(&patches, scene, &layouts) + PagePass::bytes(atlas);
+        let bytes = device_bytes(&patches, scene, &layouts, settings.visibility) + PagePass::bytes(atlas);
         check_size(device, &patches, bytes, settings.device_memory)?;
         let out_of_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let shaders = Shaders::default();
-        let pipelines = Pipelines::new(device, &shaders);
+        let pipelines = Pipelines::new(device, &shaders, settings.visibility);
         let buffers = Buffers::new(device, &patches);
         let groups = BindGroups::new(device, &pipelines, &buffers);
-        let scene_buffers = SceneBuffers::new(device, scene);
+        let scene_buffers = SceneBuffers::new(device, scene, settings.visibility);
         let [light_hemicubes, hemicubes] =
             layouts.map(|layout| HemicubeSet::new(device, &shaders, &pipelines, &buffers, (&scene_buffers, layout)));
         if pollster::block_on(out_of_memory.pop()).is_some() {
@@ -362,7 +362,7 @@ impl GpuSolver {
     /// The compiler's message.
     pub fn reload(&mut self, shaders: &Shaders) -> Result<(), String> {
         let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
-        let pipelines = Pipelines::new(&self.device, shaders);
+        let pipelines = Pipelines::new(&self.device, shaders, self.settings.visibility);
         let groups = BindGroups::new(&self.device, &pipelines, &self.buffers);
         let sets = [&self.light_hemicubes, &self.hemicubes]
             .map(|set| set.reloaded(&self.device, shaders, &pipelines, (&self.buffers, &self.scene)));

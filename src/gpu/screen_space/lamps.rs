@@ -15,6 +15,7 @@ use crate::{
         pipelines::{compute_pipeline, module},
         shaders::{FACES_WGSL, PATCHES_WGSL, Shaders, VISIBILITY_WGSL},
     },
+    lightmap::Visibility,
     math::color::luminance,
     scene::{AreaLight, Material, Scene},
 };
@@ -188,7 +189,7 @@ impl LampPass {
                 mapped_at_creation: false,
             })
         };
-        let (scene, shaders) = (SceneBuffers::new(device, scene), Shaders::default());
+        let (scene, shaders) = (SceneBuffers::new(device, scene, Visibility::Hemicube), Shaders::default());
         let hemicubes = HemicubePass::new(device, &shaders, &scene, layout(device, settings));
         let most = super::settings::MOST_LAMPS as usize;
         let shooters = buffer("lamp shooters", most * size_of::<Shooter>(), Usage::STORAGE | Usage::COPY_DST);

@@ -1,0 +1,126 @@
+//! Hemispheres instead of hemicubes: one drawing of triangles' numbers a shooter, with edges that are not bent as they should
+//! be (Coombe and Harris 2005, "Global Illumination Using Progressive Refinement Radiosity", GPU Gems 2).
+
+use glam::Vec3;
+use wgpu::util::DeviceExt as _;
+
+use super::{
+    hemicube::{FACE_COUNT, TileLayout},
+    item_buffer::ITEM_FORMAT,
+    pipelines::{FaceDraw, POSITIONS, face_pipeline, module},
+    shaders::Shaders,
+};
+use crate::scene::Scene;
+
+/// What each pixel of a tile counts: of the pixels in the circle one as much as another (Nusselt's analogue); they sum to 1.
+pub fn pixel_weights(resolution: u32) -> Vec<f32> {
+    let place = |index: u32| (index as f32 + 0.5) / resolution as f32 * 2.0 - 1.0;
+    let is_inside = |pixel: u32| {
+        let (column, row) = (pixel % resolution, pixel / resolution);
+        row < resolution && place(column).hypot(place(row)) < 1.0
+    };
+    let pixels = 0..3 * resolution * resolution;
+    let count = pixels.clone().filter(|pixel| is_inside(*pixel)).count();
+    pixels.map(|pixel| if is_inside(pixel) { 1.0 / count as f32 } else { 0.0 }).collect()
+}
+
+/// The scene's triangles, three corners of its own for each.
+pub(super) fn corners(device: &wgpu::Device, scene: &Scene) -> wgpu::Buffer {
+    let triangles = 0..scene.mesh.triangles.len() as u32;
+    let corners: Vec<[Vec3; 3]> = triangles.map(|triangle| scene.mesh.corners(triangle)).collect();
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("corners"),
+        contents: bytemuck::cast_slice(&corners),
+        usage: wgpu::BufferUsages::VERTEX,
+    })
+}
+
+/// The pipeline, and the atlas of items.
+pub(super) struct HemispherePass {
+    pub(super) items: wgpu::TextureView,
+    corners: wgpu::Buffer,
+    pipeline: wgpu::RenderPipeline,
+}
+
+impl HemispherePass {
+    /// For the corners of a scene.
+    pub(super) fn new(device: &wgpu::Device, shaders: &Shaders, corners: &wgpu::Buffer, layout: TileLayout) -> Self {
+        let [width, height] = layout.size();
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("items"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: ITEM_FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        });
+        let items = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        Self { items, corners: corners.clone(), pipeline: pipeline(device, shaders) }
+    }
+
+    /// The same with other shaders.
+    pub(super) fn reloaded(&self, device: &wgpu::Device, shaders: &Shaders) -> Self {
+        Self { items: self.items.clone(), corners: self.corners.clone(), pipeline: pipeline(device, shaders) }
+    }
+
+    /// What a render pass draws items into.
+    pub(super) fn attachment(&self, clears: bool) -> wgpu::RenderPassColorAttachment<'_> {
+        let load = if clears { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+        wgpu::RenderPassColorAttachment {
+            view: &self.items,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+        }
+    }
+
+    /// Draws one hemisphere for the five faces of each hemicube.
+    pub(super) fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        layout: TileLayout,
+        faces: &wgpu::Buffer,
+        drawn: std::ops::Range<u32>,
+    ) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_vertex_buffer(0, self.corners.slice(..));
+        pass.set_vertex_buffer(1, faces.slice(..));
+        let corner_count = (self.corners.size() / size_of::<Vec3>() as u64) as u32;
+        for instance in drawn.filter(|instance| instance.is_multiple_of(FACE_COUNT)) {
+            layout.aim(pass, instance);
+            pass.draw(0..corner_count, instance..instance + 1);
+        }
+    }
+}
+
+fn pipeline(device: &wgpu::Device, shaders: &Shaders) -> wgpu::RenderPipeline {
+    face_pipeline(
+        device,
+        &FaceDraw {
+            label: "hemispheres",
+            module: &module(device, "hemisphere.wgsl", &shaders.hemisphere),
+            vertex: POSITIONS,
+            fragment: Some(("write_item", Some(ITEM_FORMAT))),
+        },
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::PI;
+
+    use super::*;
+
+    #[test]
+    fn the_pixels_of_a_circle_are_as_many_as_its_area_says_and_sum_to_one() {
+        for resolution in [16, 64, 256] {
+            let weights = pixel_weights(resolution);
+            let inside = weights.iter().filter(|weight| **weight > 0.0).count() as f32;
+            let area = PI / 4.0 * (resolution as f32).powi(2);
+            assert!((inside / area - 1.0).abs() < 0.03, "{resolution}: {inside}, not {area}");
+            assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-3);
+        }
+    }
+}
