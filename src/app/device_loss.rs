@@ -45,6 +45,7 @@ impl App {
         if std::mem::take(&mut self.is_lost) {
             self.is_attached_again = true;
             (self.lightmap.job, self.lightmap.shown) = (None, None);
+            (self.screen.job, self.screen.shown) = (None, None);
         }
     }
 

@@ -6,6 +6,10 @@ use super::{
     panes::{self, Pane},
     view_settings::{Shown, ViewSettings},
 };
+use crate::gpu::screen_space::ScreenSettings;
+
+/// Milliseconds that a screen-space frame may take at first, while something moves.
+const FRAME_BUDGET: u32 = 100;
 
 /// Which panels are open, and what the views show.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,6 +42,8 @@ pub struct Layout {
     pub antialias: bool,
     /// The first and the second view.
     pub views: [ViewSettings; 2],
+    /// How the screen-space view is drawn.
+    pub screen: ScreenSettings,
 }
 
 impl Default for Layout {
@@ -56,6 +62,7 @@ impl Default for Layout {
             ambient: true,
             antialias: true,
             views: [ViewSettings::default(), second],
+            screen: ScreenSettings { frame_budget: FRAME_BUDGET, ..ScreenSettings::default() },
         }
     }
 }

@@ -25,6 +25,7 @@ pub mod panel_assignment;
 mod panel_light;
 pub mod panel_lightmap;
 mod panel_scene;
+pub mod panel_screen;
 pub mod panel_solution;
 pub mod panel_solve;
 mod panel_view;
@@ -33,6 +34,8 @@ pub mod picked;
 mod plots;
 pub mod results;
 mod saving;
+mod screen_actions;
+pub mod screen_job;
 pub mod solving;
 mod status_bar;
 pub mod task_pictures;
@@ -62,6 +65,7 @@ use loader::{Loader, OpenedScene};
 use notices::{Level, Notices};
 use panel_assignment::Assignment;
 use panel_lightmap::LightmapPanel;
+use panel_screen::ScreenPanel;
 use panel_solve::SolveStatus;
 use panes::Pane;
 use picked::{KnownShares, Picked};
@@ -111,6 +115,8 @@ pub struct App {
     pub assignment: Assignment,
     /// The lightmap of the graphics card.
     pub lightmap: LightmapPanel,
+    /// The scene in screen space.
+    pub screen: ScreenPanel,
     /// Where the plots were drawn last.
     plots_area: egui::Rect,
     /// What was last copied by [`Command::CopyView`].
@@ -164,6 +170,7 @@ impl App {
             copied: None,
             assignment: Assignment::default(),
             lightmap: LightmapPanel::default(),
+            screen: ScreenPanel::default(),
             shares: KnownShares::default(),
             fields: Default::default(),
             device: None,
@@ -292,19 +299,26 @@ impl App {
         } else {
             0.0
         };
-        let shows_colours = map.is_some() && !self.lightmap.filled.is_light();
+        let screen = self.screen_of_view(number);
+        let shows_colours = match &screen {
+            Some((shown, ..)) => !shown.buffer.is_light(),
+            None => map.is_some() && !self.lightmap.filled.is_light(),
+        };
         let shading = if shows_colours { gpu::Shading::Plain } else { gpu::Shading::Radiosity };
         let frame = &elements.scene.frame;
-        let buried = results.filter(|_| map.is_none()).and_then(|results| results.buried.clone());
+        let ambient = if screen.is_some() { 0.0 } else { ambient };
+        let camera = screen.as_ref().map_or_else(|| self.camera.state().to_local(frame), |(.., camera)| *camera);
+        let has_screen = screen.is_some();
+        let buried = results.filter(|_| map.is_none() && !has_screen).and_then(|results| results.buried.clone());
         ViewFrame {
             view: number as u64,
             geometry: elements.geometry.clone(),
             materials: self.document.edit.materials.clone(),
             field: Default::default(),
             field_version: 0,
-            map: map.map(|(_, frame)| frame),
+            map: screen.map(|(_, map, _)| map).or(map.map(|(_, frame)| frame)),
             buried,
-            camera: self.camera.state().to_local(frame),
+            camera,
             size: [0; 2],
             shading,
             tone_map,
@@ -312,7 +326,7 @@ impl App {
             ambient: Vec3::splat(ambient * PI * tone_map.white / tone_map.exposure.exp2()),
             light: self.document.edit.light.map(|light| light.to_local(frame)),
             light_outline: None,
-            antialias: self.layout.antialias && !self.saves_time(),
+            antialias: self.layout.antialias && !self.saves_time() && !has_screen,
             saves_time: self.saves_time(),
             gradual: self.software_driver,
         }
@@ -383,6 +397,7 @@ impl eframe::App for App {
         theme::set_soft_edges(&context, !self.saves_time());
         self.listen();
         self.trace_rays_of_vertex();
+        self.go_on_with_screen(frame);
         let mut commands = self.go_on(&context);
         self.frame_times.end_stage(0);
         commands.extend(self.bars_ui(ui));

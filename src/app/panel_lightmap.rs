@@ -264,7 +264,7 @@ impl LightmapPanel {
     }
 }
 
-fn times_ui(ui: &mut Ui, times: &[PassTime]) {
+pub(super) fn times_ui(ui: &mut Ui, times: &[PassTime]) {
     rows(ui, "passes", |ui| {
         for PassTime { pass, runs, seconds } in times {
             ui.label(*pass);

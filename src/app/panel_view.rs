@@ -81,7 +81,7 @@ fn view_ui(ui: &mut Ui, number: usize, view: &mut ViewSettings, available: Avail
         if view.has_legend() {
             range_ui(ui, view);
         }
-        if available.other || available.lightmap {
+        {
             ui.horizontal_wrapped(|ui| {
                 for (source, name, is_there) in [
                     (Source::Present, "present", true),
@@ -89,6 +89,8 @@ fn view_ui(ui: &mut Ui, number: usize, view: &mut ViewSettings, available: Avail
                     (Source::Difference, "difference", available.other),
                     (Source::Lightmap, "lightmap", available.lightmap),
                     (Source::LightmapDifference, "difference to it", available.lightmap),
+                    (Source::Screen, "screen space", true),
+                    (Source::ScreenDifference, "difference to screen space", true),
                 ] {
                     if is_there {
                         ui.selectable_value(&mut view.source, source, name);

@@ -22,6 +22,8 @@ pub enum Pane {
     Assignment,
     /// The lightmap of the graphics card.
     Lightmap,
+    /// The scene in screen space.
+    Screen,
     /// What the views show, and the tone map.
     View,
     /// The area light.
@@ -40,7 +42,7 @@ pub enum Pane {
 const LEAST_PLOTS: f32 = 160.0;
 /// The panels that stand above and below one another at first, as tabs.
 const FIRST_GROUPS: [&[Pane]; 2] = [
-    &[Pane::Solver, Pane::Assignment, Pane::Lightmap],
+    &[Pane::Solver, Pane::Assignment, Pane::Lightmap, Pane::Screen],
     &[Pane::View, Pane::Light, Pane::Scene, Pane::Solution, Pane::Point, Pane::Log],
 ];
 
@@ -173,13 +175,14 @@ impl Behavior<Pane> for Contents<'_> {
 
 /// What a panel shows, and what it asks for.
 fn panel_ui(app: &mut App, ui: &mut Ui, panel: Pane) -> Option<Command> {
-    let App { document, layout, results, other, notices, picked, assignment, shares, lightmap, .. } = app;
+    let App { document, layout, results, other, notices, picked, assignment, shares, lightmap, screen, .. } = app;
     match panel {
         Pane::Solver => panel_solve::ui(ui, &mut document.edit.settings),
         Pane::Assignment => {
             return panel_assignment::ui(ui, assignment, &mut document.edit.settings.engine, picked.is_some());
         }
         Pane::Lightmap => return lightmap.ui(ui, &document.edit.tone_map, results.as_ref(), other.as_ref()),
+        Pane::Screen => screen.ui(ui, &mut layout.screen),
         Pane::View => {
             let bounces = results.as_ref().map_or(0, |results| results.bounces.len());
             let available =

@@ -120,12 +120,26 @@ pub enum Source {
     Lightmap,
     /// How far the lightmap is from the present one, pixel by pixel.
     LightmapDifference,
+    /// The scene in screen space.
+    Screen,
+    /// How far that is from the present one, pixel by pixel.
+    ScreenDifference,
 }
 
 impl Source {
     /// True if the lightmap's pages are read.
     pub fn is_lightmap(self) -> bool {
         matches!(self, Self::Lightmap | Self::LightmapDifference)
+    }
+
+    /// True if it is drawn in screen space.
+    pub fn is_screen(self) -> bool {
+        matches!(self, Self::Screen | Self::ScreenDifference)
+    }
+
+    /// True if it is a difference.
+    fn is_difference(self) -> bool {
+        matches!(self, Self::Difference | Self::LightmapDifference | Self::ScreenDifference)
     }
 }
 
@@ -214,7 +228,7 @@ impl ViewField {
             _ => field_of(settings, present),
         };
         self.bright = bright_value(&self.field);
-        if settings.source == Source::LightmapDifference {
+        if settings.source.is_difference() && settings.source != Source::Difference {
             self.bright *= DIFFERENCE_PART;
         }
         self.version += 1;
@@ -296,9 +310,7 @@ impl ViewSettings {
 
     /// True if false colours are shown.
     pub fn has_legend(&self) -> bool {
-        let asked = self.false_colour
-            || matches!(self.source, Source::Difference | Source::LightmapDifference)
-            || self.shown.is_error();
+        let asked = self.false_colour || self.source.is_difference() || self.shown.is_error();
         asked && !self.shown.is_unlit()
     }
 
@@ -322,6 +334,8 @@ impl ViewSettings {
             Source::Difference => format!("{title}, difference [W/m²]"),
             Source::Lightmap => format!("{title}, lightmap"),
             Source::LightmapDifference => format!("{title}, difference to the lightmap [W/m²]"),
+            Source::Screen => format!("{title}, screen space"),
+            Source::ScreenDifference => format!("{title}, difference to screen space [W/m²]"),
         }
     }
 }

@@ -47,7 +47,8 @@ impl ScreenView {
         self.light == other.light && Arc::ptr_eq(&self.materials, &other.materials)
     }
 
-    fn is_same(&self, other: &Self) -> bool {
+    /// True if a frame of one adds to a frame of the other.
+    pub fn is_same(&self, other: &Self) -> bool {
         self.camera == other.camera && self.size == other.size && self.is_lit_as(other)
     }
 }
