@@ -67,6 +67,28 @@ fn a_box_is_solved_rendered_probed_compared_and_exported() {
 }
 
 #[test]
+fn methods_are_timed_against_their_error_in_a_table_and_plots() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    run(folder, &["truth", "cornell", "--sample", "200", "--samples", "256", "-o", "truth.csv"]);
+    let words = ["bench", "cornell", "--truth", "truth.csv", "--method", "student", "--repeat", "1", "-o", "bench"];
+    let told = run(folder, &words);
+    assert!(told.contains("the assignment's method"), "{told}");
+    let mut table = csv::Reader::from_path(folder.join("bench/bench.csv")).unwrap();
+    let column = |name: &str| table.headers().unwrap().iter().position(|header| header == name).unwrap();
+    let [seconds, error, vertices] = ["seconds", "error_vertex", "vertices"].map(column);
+    let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
+    let value = |row: &csv::StringRecord, column: usize| row[column].parse::<f64>().unwrap();
+    assert_eq!(rows.len(), 4);
+    // Cut twice, each wall's two triangles have 25 vertices; cut four times, 289: and the error falls.
+    assert!(value(&rows[0], vertices) < value(&rows[3], vertices));
+    assert!(rows.iter().all(|row| value(row, seconds) > 0.0 && (0.005..0.5).contains(&value(row, error))), "{rows:?}");
+    assert!(value(&rows[3], error) < 0.6 * value(&rows[0], error), "{rows:?}");
+    assert!(folder.join("bench/bench.svg").exists() && folder.join("bench/bench.png").exists());
+    refused(folder, &["bench", "cornell", "--truth", "none.csv", "-o", "bench"]);
+}
+
+#[test]
 fn the_same_seed_writes_the_same_file_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let mut files = Vec::new();

@@ -2,6 +2,8 @@
 //!
 //! Each command is a file with its clap arguments and a `run` function that returns an [`Outcome`].
 
+#[cfg(feature = "reference")]
+pub mod bench;
 pub mod check;
 pub mod compare;
 pub mod demo;
@@ -110,6 +112,9 @@ enum Command {
     /// Write rays and triangles to a file, to time other ray tracers on the same work.
     #[cfg(feature = "reference")]
     Rays(rays::RaysArgs),
+    /// Time methods of solving against their error, and plot it.
+    #[cfg(feature = "reference")]
+    Bench(Box<bench::BenchArgs>),
     /// Solve scenes at the edges of what can be given, and hold the answers to what must be true of them.
     #[cfg(feature = "reference")]
     Stress(stress::StressArgs),
@@ -158,6 +163,8 @@ pub fn main() -> ExitCode {
             Command::Truth(args) => truth::run(&args, flags),
             #[cfg(feature = "reference")]
             Command::Rays(args) => rays::run(&args, flags),
+            #[cfg(feature = "reference")]
+            Command::Bench(args) => bench::run(&args, flags),
             #[cfg(feature = "reference")]
             Command::Stress(args) => stress::run(&args),
             Command::Compare(args) => compare::run(&args),

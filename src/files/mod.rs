@@ -1,6 +1,8 @@
 //! Files in and out, for the command line and the window: whole or not at all, with errors that name the file.
 
 pub mod atlas_cache;
+#[cfg(feature = "reference")]
+pub mod error_plot;
 pub mod lightmap_export;
 pub mod loaded_scene;
 pub mod mesh_export;
