@@ -21,10 +21,16 @@ use radiosity::{
 };
 
 /// Every state file, and the scene it is for.
-const STATES: [(&str, &str); 5] = [
+const STATES: [(&str, &str); 11] = [
     ("scenes/cornell/cornell.toml", "cornell/cornell"),
     ("scenes/bleeding/bleeding.toml", "bleeding/bleeding"),
     ("scenes/atrium/atrium.toml", "atrium/atrium"),
+    ("states/cornell-front.toml", "cornell/cornell"),
+    ("states/cornell-left.toml", "cornell/cornell"),
+    ("states/cornell-floor.toml", "cornell/cornell"),
+    ("states/cornell-inside.toml", "cornell/cornell"),
+    ("states/atrium-court.toml", "atrium/atrium"),
+    ("states/atrium-banners.toml", "atrium/atrium"),
     ("states/atrium-gallery.toml", "atrium/atrium"),
     ("states/atrium-vaults.toml", "atrium/atrium"),
 ];
