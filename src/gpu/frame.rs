@@ -46,7 +46,7 @@ pub struct MapFrame {
     /// The nearest texel, and not the four around.
     pub nearest: bool,
     /// The page is a picture of this view itself, of so many columns and rows
-    /// ([`super::screen_space::ScreenRenderer::pages`]); any geometry will do then.
+    /// ([`super::screen_space::ScreenRenderer::page`]); any geometry will do then.
     pub on_screen: Option<[u32; 2]>,
 }
 

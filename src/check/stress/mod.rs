@@ -3,7 +3,7 @@
 //!
 //! Of every field: all values are finite and none is negative; and no vertex gets more than eq. 5 lets it have, which is
 //! the largest direct irradiance over 1 minus the largest reflectance, since a vertex's rays carry the mean of what they
-//! meet. More is asked of a case where more is known ([`Asked`]).
+//! meet. More is asked of a case where more is known.
 
 mod cases;
 mod draft;
