@@ -26,7 +26,7 @@ use radiosity::{
     files::loaded_scene,
     math::sequence::Sampler,
     scene::{LoadOptions, load},
-    solver::{Job, PointIrradiance, Reconstruction, Reconstructor, SolveSettings, Solved},
+    solver::{Job, Reconstruction, Reconstructor, SolveSettings, Solved},
     trace::{Ray, RayTracer, SurfacePoint, Tracer},
     transport::{
         Lights,
@@ -241,13 +241,12 @@ fn mega_rays_a_second(rays: &[Ray], is_hit: impl Fn(&Ray) -> bool + Sync) -> f64
 fn errors_at_truth(case: &Case, solved: &Solved, reconstruction: Reconstruction) -> FieldErrors {
     let tracer = Tracer::new(Arc::clone(&case.scene));
     let field = Reconstructor::new(&case.scene, &tracer, &solved.tessellation, &solved.solution, reconstruction);
-    let mut scratch = Scratch::default();
-    let mut at = |point| {
+    let at = |point| {
         let (triangle, barycentric) = locate(&case.scene, &tracer, point).unwrap();
-        let PointIrradiance { direct, total } = field.irradiance(triangle, barycentric, &mut scratch);
+        let (direct, total) = field.direct_and_total(triangle, barycentric);
         (direct.as_dvec3(), total.as_dvec3())
     };
-    let (direct, total): (Vec<_>, Vec<_>) = case.points.iter().map(&mut at).unzip();
+    let (direct, total): (Vec<_>, Vec<_>) = case.points.iter().map(at).unzip();
     let truth = |part: fn(&radiosity::check::truth_file::TruthValue) -> DVec3| case.values.iter().map(part).collect();
     let (truth_direct, truth_total): (Vec<_>, Vec<_>) = (truth(|value| value.direct), truth(|value| value.total));
     field_errors(Field { direct: &direct, total: &total }, Field { direct: &truth_direct, total: &truth_total })

@@ -14,7 +14,6 @@ use radiosity::gpu::{
     },
     map_picture::PictureUniforms,
     mesh_view::MaterialUniforms,
-    resolve::SHADING_WGSL,
     screen_space::{
         g_buffer::LayerUniforms,
         gather::BounceUniforms,
@@ -22,6 +21,7 @@ use radiosity::gpu::{
         show::ShowUniforms,
         uniforms::{SCREEN_WGSL, ScreenUniforms},
     },
+    variant::SHADING_WGSL,
 };
 use radiosity::lightmap::dilate::Fill;
 use wgpu::naga::{Module, TypeInner, front::wgsl, valid};

@@ -12,12 +12,13 @@ use super::{
     App,
     command::Command,
     document::{Document, LightPreset},
+    elements::Elements,
     file_dialog::{FileDialog, Purpose},
     fly_camera::FlyCamera,
     loader::{self, Done, OpenedScene},
     notices::Level,
     results::Results,
-    solving::{Elements, SolveEvent, Solving},
+    solving::{SolveEvent, Solving},
     view_settings::Shown,
 };
 use crate::{

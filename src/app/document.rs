@@ -4,10 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{
-    loader::OpenedScene,
-    solving::{Elements, SolveInput},
-};
+use super::{elements::Elements, loader::OpenedScene, solving::SolveInput};
 use crate::{
     files::loaded_scene::LoadedScene,
     math::color::ToneMap,

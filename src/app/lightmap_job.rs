@@ -5,7 +5,7 @@
 
 use std::{
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed},
         mpsc,
     },
@@ -15,8 +15,9 @@ use std::{
 use glam::{Vec2, Vec3};
 
 use super::{
+    elements::{Elements, elements_for},
     results::Results,
-    solving::{Elements, SolveInput, elements_for},
+    solving::SolveInput,
 };
 use crate::{
     files::atlas_cache::AtlasCache,
@@ -29,6 +30,7 @@ use crate::{
         },
     },
     lightmap::{Atlas, Charts, GpuSettings, LightmapSettings, PageUpdate, pages_of},
+    solver::monitor::locked,
 };
 
 /// Time between two fillings of the pages.
@@ -167,12 +169,12 @@ impl LightmapJob {
 
     /// What the pages are to hold.
     pub fn set_stage(&self, stage: Stage) {
-        *self.shared.stage.lock().unwrap_or_else(PoisonError::into_inner) = stage;
+        *locked(&self.shared.stage) = stage;
     }
 
     /// Shows it on these elements from now on: those of the solution that it is seen beside.
     pub fn set_elements(&self, elements: Elements) {
-        *self.shared.elements.lock().unwrap_or_else(PoisonError::into_inner) = Some(elements);
+        *locked(&self.shared.elements) = Some(elements);
     }
 
     /// Counts how often the pages were filled.
@@ -256,14 +258,14 @@ impl Work {
                 let loaded = Shaders::from_folder(std::path::Path::new(SHADER_FOLDER));
                 self.send(LightmapEvent::Reloaded(loaded.and_then(|shaders| solver.reload(&shaders))));
             }
-            let others = self.shared.elements.lock().unwrap_or_else(PoisonError::into_inner).take();
+            let others = locked(&self.shared.elements).take();
             if let Some(others) = others.filter(|it| !Arc::ptr_eq(&it.tessellation, &elements.tessellation)) {
                 self.show_on(&others, solver, &atlas.charts)?;
                 elements = others;
                 self.shared.rests.store(false, Relaxed); // its field at their vertices is to be told
             }
             solver.set_unabsorbed(f32::from_bits(self.shared.unabsorbed.load(Relaxed)));
-            let stage = *self.shared.stage.lock().unwrap_or_else(PoisonError::into_inner);
+            let stage = *locked(&self.shared.stage);
             let ends = solver.is_done() || self.shared.stopped.load(Relaxed);
             let begins_to_rest = ends && !self.shared.rests.load(Relaxed);
             let is_due = self.is_due(solver, shown.elapsed());

@@ -8,9 +8,9 @@ use std::{
 use glam::Vec3;
 
 use super::{
+    elements::Elements,
     fill_unknown::fill_unknown,
     results::{Results, TruthView},
-    solving::Elements,
     task_pictures::{self, TaskPicture},
 };
 use crate::{

@@ -6,8 +6,8 @@ use egui::Ui;
 use glam::{Vec2, Vec3};
 
 use super::{
+    elements::Elements,
     results::{Field, Results},
-    solving::Elements,
 };
 use crate::{
     math::{

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use glam::Vec3;
 
-use super::solving::{Elements, SolveEvent, SolveInput};
+use super::{
+    elements::Elements,
+    solving::{SolveEvent, SolveInput},
+};
 use crate::{
     files::truth_comparison::TruthComparison,
     math::ratio_or_zero,

@@ -4,13 +4,13 @@
 
 use std::{
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering::Relaxed},
     },
     time::Duration,
 };
 
-use super::{results::Field, solving::Elements};
+use super::{elements::Elements, results::Field};
 use crate::{
     check::picture_errors::{PictureErrors, PictureTruth},
     gpu::{
@@ -20,6 +20,7 @@ use crate::{
         screen_space::{ScreenRenderer, ScreenSettings, ScreenView, ShownBuffer},
     },
     scene::Camera,
+    solver::monitor::locked,
 };
 
 /// Still frames that are added up; then it rests.
@@ -94,10 +95,6 @@ struct Shared {
     request: Mutex<Option<ScreenRequest>>,
     shown: Mutex<Option<ShownScreen>>,
     failure: Mutex<Option<String>>,
-}
-
-fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The thread. Dropping it ends it.

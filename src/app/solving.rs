@@ -3,25 +3,26 @@
 
 use std::{
     sync::{
-        Arc, Mutex, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, AtomicU64, Ordering::Relaxed},
         mpsc,
     },
     time::{Duration, Instant},
 };
 
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 
-use super::fill_unknown::fill_unknown;
+use super::{
+    elements::{Elements, elements_for},
+    fill_unknown::fill_unknown,
+};
 use crate::{
-    gpu::ViewGeometry,
     math::ratio_or_zero,
-    scene::{LoadOptions, Material, Scene, Tessellation, area_light::AreaLightState},
+    scene::{Material, Tessellation, area_light::AreaLightState},
     solver::{
-        Engine, Job, LiveField, Message, Monitor, Problem, Progress, Solution, SolveReport, SolveSettings, Solved,
-        energy::BouncePower, faults::Fault, student_engine::HOLE_COLOUR,
+        Engine, Job, LiveField, Message, Monitor, Progress, Solution, SolveReport, SolveSettings, Solved,
+        energy::BouncePower, faults::Fault, monitor::locked, student_engine::HOLE_COLOUR,
     },
-    trace::Tracer,
 };
 
 /// The least and the greatest time between two looks at the live field, in milliseconds.
@@ -29,94 +30,6 @@ const LIVE_INTERVALS: [f32; 2] = [50.0, 90.0];
 /// Drawing may take one part in this many of the time, before the live field is looked at less often: a software driver
 /// takes it from the solver.
 const DRAWING_SHARE: f32 = 8.0;
-
-/// A scene with what a solve needs of it.
-#[derive(Clone)]
-pub struct Elements {
-    /// The scene, with its materials as they were edited.
-    pub scene: Arc<Scene>,
-    /// How it was read.
-    pub load: LoadOptions,
-    /// Its elements.
-    pub tessellation: Arc<Tessellation>,
-    /// Its ray tracer.
-    pub tracer: Arc<Tracer>,
-    /// The elements, ready to be drawn.
-    pub geometry: Arc<ViewGeometry>,
-}
-
-impl Elements {
-    /// What is to be solved on these elements.
-    pub(super) fn problem(&self, input: &SolveInput) -> Problem {
-        Problem {
-            scene: Arc::clone(&self.scene),
-            tracer: self.tracer.clone(),
-            tessellation: Arc::clone(&self.tessellation),
-            load: self.load.clone(),
-            light: input.light,
-            settings: input.settings.clone(),
-        }
-    }
-
-    /// Cuts a scene and builds its tree.
-    ///
-    /// # Errors
-    /// One line, for settings out of range or elements without end.
-    pub fn new(scene: Arc<Scene>, load: LoadOptions, settings: &SolveSettings) -> Result<Self, String> {
-        let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
-        Self::with_tracer(scene, tracer, load, settings)
-    }
-
-    fn with_tracer(
-        scene: Arc<Scene>,
-        tracer: Arc<Tracer>,
-        load: LoadOptions,
-        settings: &SolveSettings,
-    ) -> Result<Self, String> {
-        if let Some(problem) = settings.problem() {
-            return Err(problem);
-        }
-        let tessellation = Arc::new(Tessellation::new(&scene, &settings.tessellation())?);
-        let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
-        Ok(Self { scene, load, tessellation, tracer, geometry })
-    }
-
-    /// Builds the tree of a scene that is cut already.
-    ///
-    /// # Errors
-    /// One line, if the elements are too many to draw.
-    pub fn of_tessellation(scene: Arc<Scene>, load: LoadOptions, tessellation: Tessellation) -> Result<Self, String> {
-        let geometry = Arc::new(ViewGeometry::new(&scene, &tessellation)?);
-        let tracer = Arc::new(Tracer::new(Arc::clone(&scene)));
-        Ok(Self { scene, load, tessellation: Arc::new(tessellation), tracer, geometry })
-    }
-
-    /// A field on other elements of the same scene, at the vertices of these.
-    pub fn resampled(&self, field: &Arc<Vec<Vec3>>, on: &Self) -> Arc<Vec<Vec3>> {
-        let (here, there) = (&self.tessellation, &on.tessellation);
-        let are_equal = here.mesh.triangles == there.mesh.triangles && here.mesh.positions.len() == field.len();
-        if are_equal {
-            return Arc::clone(field);
-        }
-        let mut resampled = vec![Vec3::ZERO; here.mesh.positions.len()];
-        for (element, corners) in here.mesh.triangles.iter().enumerate() {
-            let inside = here.corner_barycentrics[element];
-            let middle = inside.iter().sum::<Vec2>() / 3.0;
-            for (&vertex, place) in corners.iter().zip(inside) {
-                // In the corner itself another element begins.
-                let place = place.lerp(middle, 1e-3);
-                resampled[vertex as usize] = there.interpolate(field, here.scene_triangle[element], place);
-            }
-        }
-        Arc::new(resampled)
-    }
-
-    /// The same scene, cut otherwise.
-    fn cut_as(&self, tessellation: &Arc<Tessellation>) -> Result<Self, String> {
-        let geometry = Arc::new(ViewGeometry::new(&self.scene, tessellation)?);
-        Ok(Self { tessellation: Arc::clone(tessellation), geometry, ..self.clone() })
-    }
-}
 
 /// All that decides a solution: what ENTER takes from the panels.
 #[derive(Clone, Debug, PartialEq)]
@@ -228,7 +141,7 @@ impl Solving {
 
     /// The total irradiance on these elements as far as it is known, if there is a newer one than at the last call.
     pub fn take_live(&self, elements: &Elements) -> Option<Arc<Vec<Vec3>>> {
-        let live = self.shared.live.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let live = locked(&self.shared.live).take();
         live.filter(|(tessellation, _)| Arc::ptr_eq(tessellation, &elements.tessellation)).map(|(_, field)| field)
     }
 
@@ -250,7 +163,7 @@ impl Solving {
 
     /// Tells the solve to wait, or to go on.
     pub fn set_paused(&self, paused: bool) {
-        *self.shared.wish.lock().unwrap_or_else(PoisonError::into_inner) = Some(paused);
+        *locked(&self.shared.wish) = Some(paused);
         self.shared.paused.store(paused, Relaxed);
     }
 
@@ -272,20 +185,6 @@ fn with_holes(mut field: Vec<Vec3>, holes: &[u32]) -> Vec<Vec3> {
         field[hole as usize] = HOLE_COLOUR;
     }
     field
-}
-
-/// The elements that `input` asks for, or asks to begin with: `base`, which was made with the settings `made_with`, if
-/// it still serves.
-pub(super) fn elements_for(base: &Elements, made_with: &SolveSettings, input: &SolveInput) -> Result<Elements, String> {
-    if base.scene.materials != *input.materials {
-        let scene = Arc::new(Scene { materials: input.materials.to_vec(), ..Scene::clone(&base.scene) });
-        return Elements::new(scene, base.load.clone(), &input.settings);
-    }
-    let is_uncut = base.tessellation.cuts.is_empty();
-    if is_uncut && made_with.tessellation() == input.settings.tessellation() {
-        return input.settings.problem().map_or_else(|| Ok(base.clone()), Err);
-    }
-    Elements::with_tracer(Arc::clone(&base.scene), Arc::clone(&base.tracer), base.load.clone(), &input.settings)
 }
 
 /// What the thread works on.
@@ -327,7 +226,7 @@ impl Work {
             }
             if last_live.elapsed() >= Duration::from_millis(self.shared.live_interval.load(Relaxed)) {
                 let (tessellation, field) = self.live_view(&job, &elements);
-                *self.shared.live.lock().unwrap_or_else(PoisonError::into_inner) = Some((tessellation, field));
+                *locked(&self.shared.live) = Some((tessellation, field));
                 last_live = Instant::now();
                 wake();
             }
@@ -349,7 +248,7 @@ impl Work {
         if self.shared.cancelled.load(Relaxed) {
             monitor.cancel();
         }
-        let mut wish = self.shared.wish.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut wish = locked(&self.shared.wish);
         match wish.take() {
             Some(true) => monitor.pause(),
             Some(false) => monitor.resume(),

@@ -4,10 +4,10 @@ use egui::{Align2, Color32, CornerRadius, FontId, Pos2, Rect, Sense, Stroke, Ui,
 use glam::Vec2;
 
 use super::{
+    elements::Elements,
     layout::Layout,
     light_handles,
     picked::Picked,
-    solving::Elements,
     vertex_rays,
     view_settings::{ViewField, ViewSettings},
 };

@@ -27,7 +27,6 @@ use crate::{
     scene::area_light::AreaLightState,
     solver::{Engine, Monitor, Problem, Reconstruction, Reconstructor, SolveSettings, Solved, solve},
     trace::Tracer,
-    transport::visible_light::Scratch,
 };
 
 /// A way to solve.
@@ -187,10 +186,7 @@ fn line(
     let seconds = started.elapsed().as_secs_f64();
     let lit = |reconstruction| -> anyhow::Result<PartErrors> {
         let field = Reconstructor::new(&loaded.scene, &*tracer, &tessellation, &solution, reconstruction);
-        let at = |triangle, place| {
-            let found = field.irradiance(triangle, place, &mut Scratch::default());
-            (found.direct, found.total)
-        };
+        let at = |triangle, place| field.direct_and_total(triangle, place);
         Ok(compare_with_truth(&loaded.scene, &tracer, at, truth)?.errors.lit)
     };
     let (vertex, point) = (lit(Reconstruction::Vertex)?, lit(Reconstruction::PointDirect)?);

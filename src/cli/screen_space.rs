@@ -4,7 +4,6 @@ use std::{path::PathBuf, sync::Arc};
 
 use anyhow::{Context as _, anyhow, bail};
 use clap::{ArgMatches, Args};
-use glam::{Vec2, Vec3};
 use serde::Serialize;
 
 use super::{
@@ -27,7 +26,6 @@ use crate::{
     scene::{Tessellation, area_light::AreaLightState},
     solver::{Reconstruction, Reconstructor, SolveSettings},
     trace::Tracer,
-    transport::visible_light::Scratch,
 };
 
 /// Arguments of `radiosity screen-space`.
@@ -195,10 +193,7 @@ fn truth(
         return Ok(None);
     }
     let field = Reconstructor::new(scene, tracer, &solved.tessellation, &solved.solution, RECONSTRUCTION);
-    let at = |triangle: u32, place: Vec2| -> (Vec3, Vec3) {
-        let found = field.irradiance(triangle, place, &mut Scratch::default());
-        (found.direct, found.total)
-    };
+    let at = |triangle, place| field.direct_and_total(triangle, place);
     let truth = PictureTruth::new(tracer, &camera, size, at);
     let elements = Tessellation::clone(&solved.tessellation);
     Ok(Some((truth, elements)))

@@ -15,7 +15,6 @@ use crate::{
         solution_file,
     },
     trace::RayTracer,
-    transport::visible_light::Scratch,
 };
 
 /// What a solution file holds.
@@ -105,10 +104,7 @@ impl SolvedField {
         match &self.elements {
             Elements::Vertices(solved) => {
                 let field = Reconstructor::new(scene, tracer, &solved.0, &solved.1, how);
-                Box::new(move |triangle, barycentric| {
-                    let found = field.irradiance(triangle, barycentric, &mut Scratch::default());
-                    (found.direct, found.total)
-                })
+                Box::new(move |triangle, barycentric| field.direct_and_total(triangle, barycentric))
             }
             Elements::Lightmap(_) => Box::new(|triangle, barycentric| self.at(triangle, barycentric)),
         }

@@ -4,9 +4,10 @@
 use super::{
     ViewFrame,
     contents::Contents,
-    mesh_view::{Layouts, MeshInputs, ToneVariant, Variant},
+    mesh_view::{Layouts, MeshInputs},
     resolve::{FieldTexture, Resolve},
     targets::Targets,
+    variant::{ToneVariant, Variant},
     visibility::{CornerStreams, SeenTargets, Visibility},
 };
 
@@ -31,9 +32,9 @@ impl ByPixel {
     /// Makes the pipelines for a frame that is drawn in this way or will be, once a solve begins: what colours are made
     /// by, or none if this way does not do for the frame.
     pub(super) fn prepare(&mut self, device: &wgpu::Device, frame: &ViewFrame) -> Option<ToneVariant> {
-        let variant = Variant::new(frame).with_one_sample();
+        let variant = Variant::new(frame).with_samples(1);
         let fits = frame.geometry.coarse.is_none() && frame.geometry.vertex_count() <= FieldTexture::capacity(device);
-        let tone = variant.resolved().filter(|_| frame.gradual && fits)?;
+        let tone = variant.resolved().filter(|_| fits)?;
         self.visibility.prepare(device, variant, &frame.geometry.scene, &frame.materials);
         self.resolve.prepare(device, tone);
         Some(tone)

@@ -6,9 +6,10 @@ use glam::Vec3;
 
 use super::{
     ViewFrame, ViewGeometry,
-    material_buffer::{MATERIAL_STRIDE, MaterialBuffer},
+    material_buffer::MaterialBuffer,
     mesh_buffers::MeshBuffers,
-    mesh_view::{Layouts, MeshInputs, Variant},
+    mesh_view::{Layouts, MeshInputs},
+    variant::Variant,
 };
 
 /// The parts of a view that depend on its geometry.
@@ -16,7 +17,10 @@ pub(super) struct Contents {
     pub(super) geometry: Arc<ViewGeometry>,
     pub(super) mesh: Arc<MeshBuffers>,
     pub(super) irradiance: wgpu::Buffer,
+    /// Of the field that is shown.
     field_version: Option<u64>,
+    /// Of the field in `irradiance`.
+    streamed_version: Option<u64>,
     buried: wgpu::Buffer,
     buried_source: Option<Arc<Vec<bool>>>,
     pub(super) materials: MaterialBuffer,
@@ -24,7 +28,7 @@ pub(super) struct Contents {
     pub(super) pages: Option<(wgpu::Buffer, wgpu::BindGroup)>,
 }
 
-/// What was uploaded for a frame.
+/// What of a frame is not what was shown.
 pub(super) struct Changes {
     /// The field.
     pub(super) field: bool,
@@ -48,6 +52,7 @@ impl Contents {
             mesh,
             irradiance: buffer("irradiance", vertices * size_of::<Vec3>(), wgpu::BufferUsages::VERTEX),
             field_version: None,
+            streamed_version: None,
             buried: buffer("buried", vertices * size_of::<f32>(), wgpu::BufferUsages::VERTEX),
             buried_source: None,
             materials: MaterialBuffer::new(device, &layouts.material, frame.materials.len()),
@@ -69,18 +74,20 @@ impl Contents {
             buried: &self.buried,
             materials: self.materials.materials(),
             material_group: &self.materials.group,
-            material_stride: MATERIAL_STRIDE as u32,
             extra: self.pages.as_ref().map(|(_, group)| group).filter(|_| has_map),
         }
     }
 
-    pub(super) fn upload_field(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) -> bool {
-        if self.field_version == Some(frame.field_version) {
-            return false;
+    /// True if the frame's field is not the one that is shown.
+    pub(super) fn take_field(&mut self, frame: &ViewFrame) -> bool {
+        self.field_version.replace(frame.field_version) != Some(frame.field_version)
+    }
+
+    /// Uploads the frame's field for passes that draw triangles, unless it is there.
+    pub(super) fn stream_field(&mut self, queue: &wgpu::Queue, frame: &ViewFrame) {
+        if self.streamed_version.replace(frame.field_version) != Some(frame.field_version) {
+            queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(&self.field(frame)));
         }
-        self.field_version = Some(frame.field_version);
-        queue.write_buffer(&self.irradiance, 0, bytemuck::cast_slice(&self.field(frame)));
-        true
     }
 
     /// The frame's field at the vertices on the card.

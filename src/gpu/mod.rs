@@ -3,7 +3,7 @@
 //! One pass is one Rust file and one shader beside it: [`mesh_view`] (the elements), [`wireframe`] (their edges over
 //! it), [`light_view`] (the placed area light) and [`blit`] (a finished picture into the window); and for drivers on the
 //! processor [`visibility`] and [`resolve`], by which pixels are coloured again without a triangle. [`viewer`] is the only
-//! file that knows their order. Group 0 of every shader of a view is `frame.wgsl`: camera, tone map, what is shown.
+//! file that knows their order. What a pipeline is made for is a [`variant`]; passes over surfaces share how theirs are made. Group 0 of every shader of a view is `frame.wgsl`: camera, tone map, what is shown.
 //!
 //! A view of a field at the vertices needs no more than old OpenGL has: no storage buffers, no compute shaders. The field is
 //! a stream of vertices that is written again when it changes. A view of a lightmap reads its pages where the solver left
@@ -29,10 +29,12 @@ mod part;
 pub mod projection;
 pub mod resolve;
 pub mod screen_space;
+mod surface_pipelines;
 mod targets;
 mod textures;
 #[cfg(feature = "app")]
 pub mod trouble;
+pub mod variant;
 pub mod viewer;
 pub mod visibility;
 pub mod wireframe;

@@ -9,15 +9,14 @@ use glam::{Vec3, Vec4};
 
 use super::{
     frame::FRAME_WGSL,
-    mesh_view::{Layouts, ToneVariant},
+    mesh_view::Layouts,
     targets::Targets,
+    variant::{SHADING_WGSL, ToneVariant},
     visibility::SeenTargets,
 };
 
 /// The shader.
 pub const WGSL: &str = include_str!("resolve.wgsl");
-/// From radiance or the field's value to colour: a part of this shader and of others.
-pub const SHADING_WGSL: &str = include_str!("shading.wgsl");
 
 /// Vertices in a row of the field's texture: `FIELD_WIDTH` in `resolve.wgsl`.
 const FIELD_WIDTH: u32 = 1024;

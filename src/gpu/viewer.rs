@@ -14,9 +14,10 @@ use super::{
     frame::{FrameUniforms, MapFrame, SAMPLE_COUNTS},
     light_view::LightView,
     mesh_buffers::{MeshBuffers, Triangles},
-    mesh_view::{Layouts, MeshView, ToneVariant, Variant},
+    mesh_view::{Layouts, MeshView},
     part::Part,
     targets::Targets,
+    variant::{ToneVariant, Variant},
     wireframe::Wireframe,
 };
 
@@ -26,7 +27,8 @@ pub struct Viewer {
     blit: Blit,
     target_format: wgpu::TextureFormat,
     mesh_pass: MeshView,
-    by_pixel: ByPixel,
+    /// Made for a driver that draws on the processor.
+    by_pixel: Option<ByPixel>,
     /// By number of samples; made for the first view.
     passes: BTreeMap<u32, Passes>,
     meshes: Vec<(Weak<ViewGeometry>, Arc<MeshBuffers>)>,
@@ -98,7 +100,7 @@ impl Viewer {
         let layouts = Layouts::new(device);
         Self {
             mesh_pass: MeshView::new(device, &layouts),
-            by_pixel: ByPixel::new(device, &layouts),
+            by_pixel: None,
             layouts,
             blit: Blit::new(device, target_format),
             target_format,
@@ -163,15 +165,21 @@ impl Viewer {
         }
         queue.write_buffer(&view.frame_buffer, 0, bytemuck::bytes_of(&drawn.uniforms));
         self.mesh_pass.prepare(device, drawn.variant, &frame.geometry.scene, &frame.materials);
-        let tone = self.by_pixel.prepare(device, frame);
+        let by_pixel = frame.gradual.then(|| self.by_pixel.get_or_insert_with(|| ByPixel::new(device, &self.layouts)));
+        let by_pixel = by_pixel.and_then(|by_pixel| by_pixel.prepare(device, frame).map(|tone| (&*by_pixel, tone)));
         view.drawn = Some(drawn);
         view.next_part = (frame.gradual && frame.geometry.coarse.is_some()).then_some(0);
         view.seen = view.seen.take().filter(|_| same);
+        if let Some((by_pixel, tone)) = by_pixel.filter(|_| same && frame.saves_time) {
+            view.see(device, encoder, by_pixel);
+            view.record_by_pixel(queue, encoder, (by_pixel, tone), (passes, frame));
+            return true;
+        }
+        if let Some(contents) = &mut view.contents {
+            contents.stream_field(queue, frame);
+        }
         if view.next_part.is_some() {
             view.record_coarse(encoder, &self.mesh_pass, passes);
-        } else if let Some(tone) = tone.filter(|_| same && frame.saves_time) {
-            view.see(device, encoder, &self.by_pixel);
-            view.record_by_pixel(queue, encoder, (&self.by_pixel, tone), (passes, frame));
         } else {
             view.record_whole(encoder, &self.mesh_pass, passes);
         }
@@ -261,7 +269,7 @@ impl ViewState {
         }
     }
 
-    /// Uploads what differs from the last frame's geometry, field, buried vertices and materials.
+    /// Uploads what differs from the last frame's buried vertices and materials, and tells of its geometry and field.
     fn upload_contents(
         &mut self,
         device: &wgpu::Device,
@@ -276,7 +284,7 @@ impl ViewState {
         let kept = self.contents.take().filter(same);
         let is_new = kept.is_none();
         let contents = self.contents.insert(kept.unwrap_or_else(|| Contents::new(device, layouts, mesh, frame)));
-        let field = contents.upload_field(queue, frame);
+        let field = contents.take_field(frame);
         let more = [contents.upload_buried(queue, frame), contents.upload_materials(queue, frame)];
         Changes { field, more: is_new || more.contains(&true) }
     }

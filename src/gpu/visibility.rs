@@ -4,17 +4,15 @@
 //!
 //! Inputs as those of [`super::mesh_view`], but for the streams: each triangle has corners of its own, in turn.
 
-use std::collections::BTreeMap;
-
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use super::{
     ViewGeometry,
     frame::FRAME_WGSL,
     mesh_buffers::MeshBuffers,
-    mesh_view::{self, Layouts, MeshInputs, VERTEX_FIELD_WGSL, Variant},
-    resolve,
-    targets::Targets,
+    mesh_view::{self, Layouts, MeshInputs, VERTEX_FIELD_WGSL},
+    surface_pipelines::{SurfacePass, SurfacePipelines, surface_pipeline},
+    variant::{SHADING_WGSL, Variant},
 };
 use crate::scene::{Material, Scene};
 
@@ -75,16 +73,24 @@ impl SeenTargets {
     }
 }
 
-/// The pipelines, made when they are first needed.
+/// The streams of corners: bytes a corner, and format.
+const STREAMS: [(u64, wgpu::VertexFormat); 4] = [
+    (12, wgpu::VertexFormat::Float32x3),
+    (8, wgpu::VertexFormat::Snorm16x4),
+    (8, wgpu::VertexFormat::Float32x2),
+    (12, wgpu::VertexFormat::Uint32x3),
+];
+
+/// The pass.
 pub(super) struct Visibility {
     module: wgpu::ShaderModule,
     layout: wgpu::PipelineLayout,
-    pipelines: BTreeMap<Variant, wgpu::RenderPipeline>,
+    pipelines: SurfacePipelines,
 }
 
 impl Visibility {
     pub(super) fn new(device: &wgpu::Device, layouts: &Layouts) -> Self {
-        let before = [FRAME_WGSL, resolve::SHADING_WGSL, mesh_view::WGSL, VERTEX_FIELD_WGSL].concat();
+        let before = [FRAME_WGSL, SHADING_WGSL, mesh_view::WGSL, VERTEX_FIELD_WGSL].concat();
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("visibility"),
             source: wgpu::ShaderSource::Wgsl(format!("{before}{WGSL}").into()),
@@ -94,50 +100,15 @@ impl Visibility {
             bind_group_layouts: &[Some(&layouts.frame), Some(&layouts.material), Some(&layouts.textures)],
             immediate_size: 0,
         });
-        Self { module, layout, pipelines: BTreeMap::new() }
+        Self { module, layout, pipelines: SurfacePipelines::default() }
     }
 
     /// Makes the pipelines that these materials need.
     pub(super) fn prepare(&mut self, device: &wgpu::Device, variant: Variant, scene: &Scene, materials: &[Material]) {
-        for material in materials {
-            let variant = variant.with_textures(scene, material);
-            if !self.pipelines.contains_key(&variant) {
-                self.pipelines.insert(variant, self.pipeline(device, variant));
-            }
-        }
-    }
-
-    fn pipeline(&self, device: &wgpu::Device, variant: Variant) -> wgpu::RenderPipeline {
-        let positions = wgpu::vertex_attr_array![0 => Float32x3];
-        let normals = wgpu::vertex_attr_array![1 => Snorm16x4];
-        let texcoords = wgpu::vertex_attr_array![2 => Float32x2];
-        let vertices = wgpu::vertex_attr_array![3 => Uint32x3];
-        let stream = |array_stride, attributes| {
-            Some(wgpu::VertexBufferLayout { array_stride, step_mode: wgpu::VertexStepMode::Vertex, attributes })
-        };
-        let constants = variant.constants();
-        let options = || wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("visibility"),
-            layout: Some(&self.layout),
-            vertex: wgpu::VertexState {
-                module: &self.module,
-                entry_point: Some("seen_vertex"),
-                compilation_options: options(),
-                buffers: &[stream(12, &positions), stream(8, &normals), stream(8, &texcoords), stream(12, &vertices)],
-            },
-            primitive: wgpu::PrimitiveState { cull_mode: Some(wgpu::Face::Back), ..wgpu::PrimitiveState::default() },
-            depth_stencil: Some(Targets::depth_state(wgpu::CompareFunction::Greater)),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &self.module,
-                entry_point: Some("keep"),
-                compilation_options: options(),
-                targets: &SeenTargets::FORMATS.map(|format| Some(format.into())),
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
+        let (module, layout) = (&self.module, &self.layout);
+        let (entries, targets) = (["seen_vertex", "keep"], &SeenTargets::FORMATS[..]);
+        let pass = SurfacePass { label: "visibility", module, layout, entries, streams: &STREAMS, targets };
+        self.pipelines.prepare(variant, (scene, materials), |variant| surface_pipeline(device, variant, &pass));
     }
 
     /// Draws all triangles into what pixels see.
@@ -150,7 +121,7 @@ impl Visibility {
         for (slot, stream) in (0..).zip(&corners.0) {
             pass.set_vertex_buffer(slot, stream.slice(..));
         }
-        mesh_view::draw_materials(pass, mesh, inputs, &self.pipelines, &mesh.triangles, |pass, triangles| {
+        self.pipelines.draw_materials(pass, mesh, (inputs, &mesh.triangles), |pass, triangles| {
             pass.draw(3 * triangles.start..3 * triangles.end, 0..1);
         });
     }

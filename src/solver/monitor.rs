@@ -2,7 +2,7 @@
 
 use std::{
     sync::{
-        Arc, Condvar, Mutex, PoisonError, RwLock,
+        Arc, Condvar, Mutex, MutexGuard, PoisonError, RwLock,
         atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed},
         mpsc::Sender,
     },
@@ -13,6 +13,11 @@ use glam::Vec3;
 
 use super::{energy::BouncePower, faults::Fault};
 use crate::scene::Tessellation;
+
+/// Locks what threads share. It is always whole, so that a thread which panicked with it does no harm to the others.
+pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// What a solve is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,18 +158,18 @@ impl Monitor {
 
     /// Asks the solve to wait before its next piece of work.
     pub fn pause(&self) {
-        *self.paused.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        *locked(&self.paused) = true;
     }
 
     /// Lets a paused solve go on.
     pub fn resume(&self) {
-        *self.paused.lock().unwrap_or_else(PoisonError::into_inner) = false;
+        *locked(&self.paused) = false;
         self.unpaused.notify_all();
     }
 
     /// True while the solve is asked to wait.
     pub fn is_paused(&self) -> bool {
-        *self.paused.lock().unwrap_or_else(PoisonError::into_inner)
+        *locked(&self.paused)
     }
 
     /// Asks the solve to pause by itself before each bounce after the direct light.
@@ -185,7 +190,7 @@ impl Monitor {
 
     /// Waits while the solve is paused.
     pub(super) fn wait_while_paused(&self) {
-        let guard = self.paused.lock().unwrap_or_else(PoisonError::into_inner);
+        let guard = locked(&self.paused);
         if !*guard {
             return;
         }
@@ -203,14 +208,14 @@ impl Monitor {
 
     pub(super) fn enter_stage(&self, stage: Stage, bounce: u32, work: u64, unabsorbed: f64) {
         let state = StageState { stage, bounce, work: work.max(1), started: Instant::now(), unabsorbed };
-        *self.stage.lock().unwrap_or_else(PoisonError::into_inner) = state;
+        *locked(&self.stage) = state;
         self.work_done.store(0, Relaxed);
     }
 
     /// Corrects the work of the present stage, as far as it can be told by now.
     #[cfg(feature = "reference")]
     pub(super) fn expect_work(&self, work: u64) {
-        self.stage.lock().unwrap_or_else(PoisonError::into_inner).work = work.max(1);
+        locked(&self.stage).work = work.max(1);
     }
 
     /// Adds to the work done and to the rays traced, and sends a progress message if one is due.
@@ -252,7 +257,7 @@ impl Monitor {
 
     /// How far the solve has come.
     pub fn progress(&self) -> Progress {
-        let state = *self.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        let state = *locked(&self.stage);
         let rays = self.rays.load(Relaxed);
         let fraction = (self.work_done.load(Relaxed) as f64 / state.work as f64).min(1.0);
         let paused = Duration::from_nanos(self.paused_nanos.load(Relaxed)).as_secs_f64();

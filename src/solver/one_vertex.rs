@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::{
     faults::Fault,
-    monitor::Monitor,
+    monitor::{Monitor, locked},
     solve::Problem,
     student_engine::{StudentSolve, direct_pass, indirect_pass},
 };
@@ -75,7 +75,7 @@ struct Recorder<'a> {
 
 impl Recorder<'_> {
     fn note(&self, ray: &Ray, found: Found) {
-        self.rays.lock().unwrap_or_else(PoisonError::into_inner).push(SeenRay { ray: *ray, found });
+        locked(&self.rays).push(SeenRay { ray: *ray, found });
     }
 }
 

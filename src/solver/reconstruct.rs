@@ -94,6 +94,12 @@ impl<'a> Reconstructor<'a> {
         PointIrradiance { direct, total: direct + at(&self.indirect) }
     }
 
+    /// Irradiance of the lights alone, and all irradiance [W/m²], as [`Reconstructor::irradiance`] has them.
+    pub fn direct_and_total(&self, scene_triangle: u32, barycentric: Vec2) -> (Vec3, Vec3) {
+        let found = self.irradiance(scene_triangle, barycentric, &mut Scratch::default());
+        (found.direct, found.total)
+    }
+
     /// Direct irradiance [W/m²] computed at a point.
     #[cfg(feature = "reference")]
     pub fn direct_at(&self, point: &SurfacePoint, scratch: &mut Scratch) -> Vec3 {

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 
 use super::{
     faults::{self, Fault},
-    monitor::{Monitor, Stage},
+    monitor::{Monitor, Stage, locked},
     solve::{Computed, Problem, SolveReport, bounce_on, fill},
 };
 use crate::{
@@ -287,7 +287,7 @@ impl<'s> StudentSolve<'s> {
     }
 
     fn tell(&self, fault: &Fault) {
-        let mut faults = self.faults.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut faults = locked(&self.faults);
         let is_known = faults.iter().any(|known| known.function == fault.function);
         // A cancelled solve unwinds out of functions that did nothing wrong.
         if !is_known && !self.monitor.is_cancelled() {

@@ -9,11 +9,12 @@ pub(crate) mod truths;
 use std::{
     path::{Path, PathBuf},
     sync::Arc,
+    time::{Duration, Instant},
 };
 
 use radiosity::{
     scene::{LoadOptions, Scene, area_light::AreaLightState, load},
-    solver::{Monitor, Problem, Solution, SolveReport, SolveSettings, Solved, solve},
+    solver::{Job, Monitor, Problem, Solution, SolveReport, SolveSettings, Solved, solve},
     trace::Tracer,
 };
 
@@ -61,4 +62,16 @@ pub(crate) fn cornell_light() -> AreaLightState {
         v: [0.0, 0.0, 0.0525],
         radiance: [18.4, 15.6, 8.0],
     }
+}
+
+/// Cancels a job and waits for its end, which comes at once.
+pub(crate) fn assert_ends_when_cancelled(job: &Job, what: &str) {
+    let asked = Instant::now();
+    job.monitor().cancel();
+    while !job.is_finished() {
+        std::thread::sleep(Duration::from_millis(1));
+        assert!(asked.elapsed() < Duration::from_secs(20), "{what}: it does not end");
+    }
+    // A tenth of a second on an idle machine; a busy one may take its time.
+    assert!(asked.elapsed() < Duration::from_millis(500), "{what}: {:?}", asked.elapsed());
 }

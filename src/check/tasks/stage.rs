@@ -2,7 +2,7 @@
 
 use std::{
     fmt::Display,
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex},
 };
 
 use glam::{EulerRot, Quat, Vec2, Vec3};
@@ -14,6 +14,7 @@ use crate::{
         AreaLight, LocalFrame, Material, Mesh, Scene, Tessellation, Texture, mesh::interpolate,
         tessellate::TessellationOptions,
     },
+    solver::monitor::locked,
     student::{Functions, Receiver, World},
     trace::{Hit, Ray, RayTracer, Tracer},
     transport::VertexOrigins,
@@ -317,11 +318,11 @@ impl<'a> Witness<'a> {
 
     /// The rays so far.
     pub(super) fn rays(&self) -> Vec<Ray> {
-        self.rays.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        locked(&self.rays).clone()
     }
 
     fn note(&self, ray: &Ray) {
-        self.rays.lock().unwrap_or_else(PoisonError::into_inner).push(*ray);
+        locked(&self.rays).push(*ray);
     }
 }
 

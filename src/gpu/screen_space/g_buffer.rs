@@ -9,10 +9,11 @@ use super::{targets::Targets, uniforms::rays};
 use crate::{
     gpu::{
         frame::FrameUniforms,
-        material_buffer::{MATERIAL_STRIDE, MaterialBuffer},
+        material_buffer::MaterialBuffer,
         mesh_buffers::MeshBuffers,
-        mesh_view::{Layouts, MeshInputs, MeshView, Variant},
+        mesh_view::{Layouts, MeshInputs, MeshView},
         projection::{NEAR, view_projection},
+        variant::Variant,
     },
     scene::{Camera, Scene},
 };
@@ -203,7 +204,6 @@ impl GBuffer {
             buried: &mesh.positions,
             materials: self.materials.materials(),
             material_group: &self.materials.group,
-            material_stride: MATERIAL_STRIDE as u32,
             // The first layer is drawn into the depth that the second is found behind.
             extra: Some(if layer == Layer::BehindFirst { &groups.behind_first } else { &groups.behind_last }),
         };

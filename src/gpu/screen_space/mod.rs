@@ -18,7 +18,9 @@ pub mod settings;
 pub mod show;
 mod targets;
 pub mod uniforms;
+pub mod view;
 
-pub use renderer::{ScreenFields, ScreenRenderer, ScreenView};
+pub use renderer::ScreenRenderer;
 pub use settings::{ScreenSettings, SecondLayer, Weights};
 pub use show::ShownBuffer;
+pub use view::{ScreenFields, ScreenView};
