@@ -69,6 +69,28 @@ fn a_lightmap_is_written_for_other_programs_and_read_back_by_probe_and_compare()
     assert!(errors["relative_l2"].as_f64().unwrap() < 0.15, "{errors}"); // 18 texels a wall
     let without_scene = refusal(&run(&["compare", "map/lightmap.safetensors", "rays.safetensors"]));
     assert!(without_scene.contains("--scene"), "{without_scene}");
+    pictures_of_both_show_the_same_light(folder.path());
+}
+
+/// Colours of the map's and the ray tracer's picture, in sRGB-coded levels.
+fn pictures_of_both_show_the_same_light(folder: &Path) {
+    let run = |arguments: &[&str]| radiosity(folder, arguments);
+    for view in ["radiosity", "direct", "indirect"] {
+        let [map, rays] = ["map/lightmap", "rays"].map(|name| {
+            let solution = format!("{name}.safetensors");
+            let size = ["--size", "160x120", "--samples", "1"];
+            standard_output(&run(
+                &[&["render", "cornell", &solution, "--view", view, "-o", "seen.png"], &size[..]].concat()
+            ));
+            image::open(folder.join("seen.png")).unwrap().to_rgb8().into_raw()
+        });
+        let apart: u64 = map.iter().zip(&rays).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+        let bright: u64 = rays.iter().map(|level| u64::from(*level)).sum();
+        // Shadows' edges are soft by a texel of 3 cm; without the field nothing but the light is bright.
+        assert!(apart < bright / 25, "{view}: {apart} of {bright}");
+    }
+    let late = run(&["render", "cornell", "map/lightmap.safetensors", "--view", "bounce=2", "-o", "seen.png"]);
+    assert!(refusal(&late).contains("bounce 2"));
 }
 
 #[test]

@@ -79,7 +79,15 @@ fn picture(scene: &Scene, view: View, light: Option<AreaLight>, field: impl Fn(V
     let tessellation = Tessellation::new(scene, &TessellationOptions { subdivide: 1, max_edge: None }).unwrap();
     let field: Vec<Vec3> = tessellation.mesh.positions.iter().map(|&position| field(position)).collect();
     let tracer = EveryTriangle(scene);
-    let subject = Subject { scene, tracer: &tracer, tessellation: &tessellation, field: &field, direct: None, light };
+    let subject = Subject {
+        scene,
+        tracer: &tracer,
+        tessellation: &tessellation,
+        charts: None,
+        field: &field,
+        direct: None,
+        light,
+    };
     let settings = RenderSettings { width: 64, height: 64, view, samples: 4, tone_map: PLAIN };
     render(&subject, &CAMERA, &settings)
 }
@@ -183,6 +191,7 @@ fn a_pixel_half_covered_is_half_way_between_both_colours() {
         scene: &scene,
         tracer: &tracer,
         tessellation: &tessellation,
+        charts: None,
         field: &[Vec3::splat(PI); 4],
         direct: None,
         light: None,
@@ -208,6 +217,7 @@ fn wireframe_lines_have_their_width_in_pixels_at_any_distance_and_hide_behind_su
         scene: &scene,
         tracer: &tracer,
         tessellation: &tessellation,
+        charts: None,
         field: &field,
         direct: None,
         light: None,

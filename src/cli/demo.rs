@@ -33,6 +33,7 @@ fn draw(loaded: &LoadedScene, solved: &Solved) -> anyhow::Result<()> {
         scene,
         tracer: &*solved.tracer,
         tessellation: &solved.tessellation,
+        charts: None,
         field: &solved.solution.total(),
         direct: None,
         light: solved.solution.info.light.map(|light| light.to_local(&scene.frame)),

@@ -8,11 +8,13 @@ use clap::Args;
 #[cfg(feature = "reference")]
 use crate::{solver::Reconstructor, trace::SurfacePoint, transport::visible_light::Scratch};
 
-use super::{Outcome, files, solved_scene};
+use super::{Outcome, files, scene_args::LoadedScene, solved_scene};
 use crate::{
+    files::solved_field::AnySolution,
     math::color::{ToneCurve, ToneMap},
     render::{RenderSettings, Subject, View, render, view::VIEW_NAMES},
-    solver::Reconstruction,
+    scene::{Tessellation, tessellate::TessellationOptions},
+    solver::{LightmapSolution, Reconstruction, Solution, lightmap_solution},
     trace::Tracer,
 };
 
@@ -21,7 +23,7 @@ use crate::{
 pub struct RenderArgs {
     /// The scene: an OBJ file or `cornell`. It is read with the options that it was solved with.
     pub scene: PathBuf,
-    /// The solution.
+    /// The solution, or the lightmap.
     pub solution: PathBuf,
     /// State file (TOML) with camera and tone map, if not the one beside the scene.
     #[arg(long, value_name = "FILE")]
@@ -73,13 +75,18 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
         bail!("{}: pictures are written as PNG; end the name in .png", args.output.display());
     }
-    let solved = solved_scene::open_solved(&args.solution, &args.scene, args.state.as_deref())?;
+    match AnySolution::read(&args.solution)? {
+        AnySolution::Vertices(solution) => render_vertices(args, solution),
+        AnySolution::Lightmap(solution) => render_lightmap(args, &solution),
+    }
+}
+
+fn render_vertices(args: &RenderArgs, solution: Solution) -> anyhow::Result<Outcome> {
+    let solved = solved_scene::with_scene(&args.solution, solution, &args.scene, args.state.as_deref())?;
     let scene = &solved.loaded.scene;
     let field = args.view.field(&solved.solution, args.reconstruct);
     let field = field.map_err(|problem| anyhow!("{}: {problem}", args.solution.display()))?;
-    let started = Instant::now();
     let tracer = Tracer::new(scene.clone());
-    let light = solved.solution.info.light.map(|light| light.to_local(&scene.frame));
     #[cfg(feature = "reference")]
     let rebuilt = Reconstructor::new(scene, &tracer, &solved.tessellation, &solved.solution, args.reconstruct);
     #[cfg(feature = "reference")]
@@ -88,17 +95,44 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<Outcome> {
         scene,
         tracer: &tracer,
         tessellation: &solved.tessellation,
+        charts: None,
         field: &field,
         #[cfg(feature = "reference")]
         direct: (args.reconstruct == Reconstruction::PointDirect && args.view.shows_direct()).then_some(&direct),
         #[cfg(not(feature = "reference"))]
         direct: None,
-        light,
+        light: solved.solution.info.light.map(|light| light.to_local(&scene.frame)),
     };
+    draw(args, &subject, &solved.loaded)
+}
+
+fn render_lightmap(args: &RenderArgs, solution: &LightmapSolution) -> anyhow::Result<Outcome> {
+    if args.reconstruct != Reconstruction::default() {
+        bail!("a lightmap is read between its texels: --reconstruct is for solutions at vertices");
+    }
+    let loaded = solved_scene::load(&args.scene, args.state.as_deref(), &solution.info.load)?;
+    let scene = &loaded.scene;
+    let named = |problem: String| anyhow!("{}: {problem}", args.solution.display());
+    lightmap_solution::check_scene(solution, scene).map_err(|problem| named(problem.to_string()))?;
+    let whole = TessellationOptions { subdivide: 0, max_edge: None };
+    let subject = Subject {
+        scene,
+        tracer: &Tracer::new(scene.clone()),
+        tessellation: &Tessellation::new(scene, &whole).map_err(named)?,
+        charts: Some(&solution.charts),
+        field: &args.view.texels(solution).map_err(named)?,
+        direct: None,
+        light: solution.info.light.map(|light| light.to_local(&scene.frame)),
+    };
+    draw(args, &subject, &loaded)
+}
+
+fn draw(args: &RenderArgs, subject: &Subject<'_, Tracer>, loaded: &LoadedScene) -> anyhow::Result<Outcome> {
+    let started = Instant::now();
     let (width, height) = args.size;
-    let tone_map = args.tone.over(solved.loaded.tone_map);
+    let tone_map = args.tone.over(loaded.tone_map);
     let settings = RenderSettings { width, height, view: args.view, samples: args.samples, tone_map };
-    let picture = render(&subject, &solved.loaded.camera.to_local(&scene.frame), &settings);
+    let picture = render(subject, &loaded.camera.to_local(&subject.scene.frame), &settings);
     let seconds = started.elapsed().as_secs_f64();
     files::write_picture(&args.output, &picture)?;
     eprintln!("{}: {width}x{height} pixels, drawn in {seconds:.2} s", args.output.display());

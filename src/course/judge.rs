@@ -280,6 +280,7 @@ impl Stage {
             scene: &self.loaded.scene,
             tracer: &self.tracer,
             tessellation: elements,
+            charts: None,
             field: &solution.total(),
             direct: None,
             light: solution.info.light.map(|light| light.to_local(&self.loaded.scene.frame)),

@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::{view::View, wireframe};
 use crate::{
+    lightmap::Charts,
     math::color::{ToneMap, linear_to_srgb},
     scene::{AreaLight, Camera, Scene, Tessellation},
     trace::{Hit, NO_TRIANGLE, Ray, RayTracer, SurfacePoint},
@@ -23,9 +24,12 @@ pub struct Subject<'a, Tracer> {
     pub scene: &'a Scene,
     /// A ray tracer over the scene.
     pub tracer: &'a Tracer,
-    /// The elements that carry the field.
+    /// The elements that carry the field; wireframes show their edges.
     pub tessellation: &'a Tessellation,
-    /// Irradiance [W/m²] at the tessellation's vertices, from [`View::field`]; may be empty for views that show none.
+    /// Where the texels that carry the field lie, if they do and not the elements.
+    pub charts: Option<&'a Charts>,
+    /// Irradiance [W/m²] at the tessellation's vertices, from [`View::field`], or at all texels of the pages, from
+    /// [`View::texels`]; may be empty for views that show none.
     pub field: &'a [Vec3],
     /// Direct light, where it is computed at each shown point and not a part of `field`.
     pub direct: Option<&'a PointLight<'a>>,
@@ -134,10 +138,10 @@ fn surface_colour<Tracer>(
 ) -> Vec3 {
     let (scene, triangle, barycentric) = (subject.scene, hit.triangle, hit.barycentric);
     let mut irradiance = || {
-        let interpolated = if subject.field.is_empty() {
-            Vec3::ZERO
-        } else {
-            subject.tessellation.interpolate(subject.field, triangle, barycentric)
+        let interpolated = match subject.charts {
+            _ if subject.field.is_empty() => Vec3::ZERO,
+            Some(charts) => charts.interpolate(subject.field, triangle, barycentric),
+            None => subject.tessellation.interpolate(subject.field, triangle, barycentric),
         };
         let point = || SurfacePoint::new(scene, triangle, barycentric);
         interpolated + subject.direct.map_or(Vec3::ZERO, |direct| direct(&point(), scratch))

@@ -4,7 +4,7 @@ use std::{borrow::Cow, fmt, str::FromStr};
 
 use glam::Vec3;
 
-use crate::solver::{Reconstruction, Solution};
+use crate::solver::{LightmapSolution, Reconstruction, Solution};
 
 /// What a picture shows. Irradiance is shown as the radiance E/π of a white surface, so that one exposure suits all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +56,23 @@ impl View {
                     format!("the solution has bounces 0 to {}, not {bounce}", solution.bounces.len().saturating_sub(1))
                 })
             }
+            View::Normals | View::Albedo => Ok(Cow::default()),
+        }
+    }
+
+    /// The irradiance [W/m²] at all texels of a lightmap's pages that the view shows; empty for views that show none.
+    ///
+    /// # Errors
+    /// A bounce after the first: a lightmap knows direct light and all light.
+    pub fn texels(self, solution: &LightmapSolution) -> Result<Cow<'_, [Vec3]>, String> {
+        let LightmapSolution { direct, total, .. } = solution;
+        match self {
+            View::Radiosity | View::Irradiance | View::Wireframe => Ok(total.into()),
+            View::Direct | View::Bounce(0) => Ok(direct.into()),
+            View::Indirect => {
+                Ok(total.iter().zip(direct).map(|(all, direct)| (*all - *direct).max(Vec3::ZERO)).collect())
+            }
+            View::Bounce(bounce) => Err(format!("a lightmap keeps direct and all light, not bounce {bounce}")),
             View::Normals | View::Albedo => Ok(Cow::default()),
         }
     }

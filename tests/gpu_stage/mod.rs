@@ -105,7 +105,7 @@ impl Subjects {
         let tracer = Tracer::new(Arc::clone(&self.scene));
         let light = frame.light;
         let (scene, tessellation, field) = (&*self.scene, &self.tessellation, &**self.field);
-        let subject = Subject { scene, tracer: &tracer, tessellation, field, direct: None, light };
+        let subject = Subject { scene, tracer: &tracer, tessellation, charts: None, field, direct: None, light };
         let [width, height] = frame.size;
         let samples = if frame.antialias { 16 } else { 1 };
         let settings = RenderSettings { width, height, view, samples, tone_map: frame.tone_map };
