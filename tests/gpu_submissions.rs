@@ -12,7 +12,7 @@ use radiosity::{
         device,
         lightmap::{GpuSolver, shaders::Shaders},
     },
-    lightmap::GpuSettings,
+    lightmap::{GpuSettings, LightmapSettings},
     scene::{LoadOptions, builtin},
 };
 
@@ -92,16 +92,49 @@ fn passes_are_timed_by_the_device_and_take_no_longer_than_all_of_it() {
     assert!((batches..=submissions).contains(&runs("receive")), "{times:?} in {submissions} submissions");
 }
 
-#[test]
-fn shaders_are_taken_from_a_folder_and_the_old_ones_stay_where_the_new_do_not_compile() {
+/// The sources of the shaders, in a folder of their own.
+fn copy_of_shaders() -> tempfile::TempDir {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join(radiosity::gpu::lightmap::shaders::SHADER_FOLDER);
-    assert!(Shaders::from_folder(&sources) == Ok(Shaders::default()));
     let folder = tempfile::tempdir().unwrap();
     for file in std::fs::read_dir(&sources).unwrap().map(|file| file.unwrap().path()) {
         if file.extension().is_some_and(|extension| extension == "wgsl") {
             std::fs::copy(&file, folder.path().join(file.file_name().unwrap())).unwrap();
         }
     }
+    folder
+}
+
+#[test]
+fn texels_that_a_shooter_cannot_reach_are_left_out_without_a_change_of_any_bit() {
+    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
+    let atlas = atlas_of(&scene, &texels(1200));
+    let light = common::cornell_light().to_local(&scene.frame);
+    let settings = GpuSettings { unabsorbed: 0.1, light_side: 3, hemicube: 32, ..GpuSettings::default() };
+    let folder = copy_of_shaders();
+    let receive = folder.path().join("receive.wgsl");
+    let source = std::fs::read_to_string(&receive).unwrap();
+    let field_with = |old: &str, new: &str| {
+        assert!(source.contains(old), "{old}");
+        std::fs::write(&receive, source.replace(old, new)).unwrap();
+        let mut solver = solver(&scene, &atlas, Some(light), &settings);
+        solver.reload(&Shaders::from_folder(folder.path()).unwrap()).unwrap();
+        let solver = solved(solver);
+        (solver.fields().unwrap(), solver.ledger().shooters)
+    };
+    let culled = field_with("may_reach(block, slot)", "may_reach(block, slot)");
+    let all = field_with("if may_reach(block, slot)", "if true");
+    assert!(culled == all);
+    // With a bound that is too tight, and a height that is, it is another field.
+    for (old, new) in [("across * sine + reach > 0.0", "across * sine > 0.3"), ("block.radius - dot", "-0.2 - dot")] {
+        assert!(field_with(old, new) != all, "{new}");
+    }
+}
+
+#[test]
+fn shaders_are_taken_from_a_folder_and_the_old_ones_stay_where_the_new_do_not_compile() {
+    let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join(radiosity::gpu::lightmap::shaders::SHADER_FOLDER);
+    assert!(Shaders::from_folder(&sources) == Ok(Shaders::default()));
+    let folder = copy_of_shaders();
     let receive = folder.path().join("receive.wgsl");
     let source = std::fs::read_to_string(&receive).unwrap();
     let scene = from_obj("v -2 0 -2\nv -2 0 2\nv 2 0 2\nv 2 0 -2\nf 1 2 3 4\n", "newmtl unused\n");
@@ -158,10 +191,65 @@ fn opengl_gives_the_field_of_vulkan() {
         println!("skipped: not both Vulkan and OpenGL are there");
         return;
     };
-    let means = [vulkan, gl].map(|found| {
+    let [by_vulkan, by_gl] = [vulkan, gl].map(|found| {
         let (device, queue) = found.open().unwrap();
         let solver = GpuSolver::new((&device, &queue), &scene, &atlas, Some(&light), &settings).unwrap();
-        mean(&atlas, &solved(solver).fields().unwrap().total)
+        solved(solver).fields().unwrap().total
     });
+    let means = [&by_vulkan, &by_gl].map(|field| mean(&atlas, field));
     assert!(means[0].abs_diff_eq(means[1], 0.01 * means[0].x), "{means:?}");
+    // Texel by texel: both draw the same triangles, but not to the same bit of depth.
+    let area_of_square = |values: &dyn Fn(usize) -> glam::Vec3| -> f32 {
+        let texels = atlas.texels.iter().enumerate();
+        texels.map(|(index, texel)| texel.open_area() * values(index).length_squared()).sum()
+    };
+    let apart = area_of_square(&|texel| by_vulkan[texel] - by_gl[texel]) / area_of_square(&|texel| by_vulkan[texel]);
+    println!("fields are {:.3} % apart", 100.0 * apart.sqrt());
+    assert!(apart.sqrt() < 0.01, "{:.2} %", 100.0 * apart.sqrt());
+}
+
+#[test]
+#[ignore = "a table, not a test: cargo test --release --test gpu_submissions -- --ignored --nocapture"]
+fn table_of_the_longest_submissions() {
+    let texels = |count| LightmapSettings { texels: count, ..LightmapSettings::default() };
+    let cases = [
+        ("cornell", "cornell/cornell.obj", texels(20_000), 0.01),
+        ("sponza", "sponza/sponza.obj", texels(40_000), 0.2),
+        ("sponza", "sponza/sponza.obj", texels(250_000), 0.5),
+        ("staircase", "staircase/staircase.obj", texels(40_000), 0.5),
+    ];
+    for (truth, path, map, unabsorbed) in cases {
+        let Some(case) = common::truths::case(truth, path, 1000) else { return };
+        let atlas = atlas_of(&case.scene, &map);
+        let light = case.light.map(|light| light.to_local(&case.scene.frame));
+        let settings = GpuSettings { unabsorbed, ..GpuSettings::default() };
+        let mut solver = solver(&case.scene, &atlas, light, &settings);
+        // Of the process, all its threads together: a submission alone takes no longer, whatever else runs.
+        let mut times: Vec<(f64, f64)> = Vec::new();
+        while !solver.is_done() {
+            let (wall, processor) = (std::time::Instant::now(), cpu_time::ProcessTime::now());
+            solver.submit().unwrap();
+            times.push((processor.elapsed().as_secs_f64(), wall.elapsed().as_secs_f64()));
+        }
+        let milliseconds = |part: f64, value: &dyn Fn(&(f64, f64)) -> f64| {
+            let mut sorted: Vec<f64> = times.iter().map(value).collect();
+            sorted.sort_by(f64::total_cmp);
+            1e3 * sorted[((sorted.len() - 1) as f64 * part) as usize]
+        };
+        let (processor, wall) = (&|time: &(f64, f64)| time.0, &|time: &(f64, f64)| time.1);
+        println!(
+            "{truth}, {} texels, {} triangles, {} shooters in {} submissions: processor {:.1} ms in the mean, 99 % within \
+             {:.1}, longest {:.1}; wall {:.1}, {:.1}, {:.1}",
+            atlas.texels.len(),
+            case.scene.mesh.triangles.len(),
+            solver.ledger().shooters,
+            times.len(),
+            1e3 * times.iter().map(processor).sum::<f64>() / times.len() as f64,
+            milliseconds(0.99, processor),
+            milliseconds(1.0, processor),
+            1e3 * times.iter().map(wall).sum::<f64>() / times.len() as f64,
+            milliseconds(0.99, wall),
+            milliseconds(1.0, wall),
+        );
+    }
 }

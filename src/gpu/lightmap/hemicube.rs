@@ -86,11 +86,16 @@ impl TileLayout {
     }
 }
 
+/// Triangles of a part of a scene, at most: a software driver takes some 3 ms for them.
+const MOST_TRIANGLES: u32 = 32_768;
+
 /// The scene's triangles as the pass draws them.
 pub struct SceneBuffers {
     positions: wgpu::Buffer,
     indices: wgpu::Buffer,
     pub(in crate::gpu) index_count: u32,
+    /// It is drawn in so many parts, so that no submission has to hold more than one of them.
+    pub(super) parts: u32,
     cutouts: Option<CutoutBuffers>,
     /// What hemispheres show; none if there are to be none.
     corners: Option<wgpu::Buffer>,
@@ -115,10 +120,24 @@ impl SceneBuffers {
         Self {
             positions: buffer("positions", bytemuck::cast_slice(&scene.mesh.positions), wgpu::BufferUsages::VERTEX),
             index_count: indices.len() as u32,
+            parts: (scene.mesh.triangles.len() as u32).div_ceil(MOST_TRIANGLES).max(1),
             indices: buffer("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             cutouts: CutoutBuffers::new(device, scene),
             corners: (visibility == Visibility::Hemisphere).then(|| hemisphere::corners(device, scene)),
         }
+    }
+}
+
+impl SceneBuffers {
+    /// Draws of so many faces: each part of the scene on each.
+    pub(in crate::gpu) fn draws(&self, faces: u32) -> u32 {
+        faces * self.parts
+    }
+
+    /// The corners of one part, out of so many.
+    pub(super) fn corners_of_part(&self, corners: u32, part: u32) -> Range<u32> {
+        let first = |part: u32| (u64::from(corners / 3) * u64::from(part) / u64::from(self.parts)) as u32 * 3;
+        first(part)..first(part + 1)
     }
 }
 
@@ -181,7 +200,8 @@ impl HemicubePass {
         Self { layout, depth, hemispheres: None, pipeline: face_pipeline(device, &draw), cutouts }
     }
 
-    /// Draws faces, by their number (5 a hemicube), with the matrices in `faces`; first clears all of them if `clears`.
+    /// Draws parts of the scene on faces, by their number (5 faces a hemicube, [`SceneBuffers::draws`]), with the matrices
+    /// in `faces`; first clears all faces if `clears`.
     pub(in crate::gpu) fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -205,22 +225,24 @@ impl HemicubePass {
             multiview_mask: None,
         });
         if let Some(hemispheres) = &self.hemispheres {
-            hemispheres.draw(&mut pass, self.layout, faces, drawn);
+            hemispheres.draw(&mut pass, self.layout, (scene, faces), drawn);
             return;
         }
         pass.set_pipeline(&self.pipeline);
         pass.set_vertex_buffer(0, scene.positions.slice(..));
         pass.set_vertex_buffer(1, faces.slice(..));
         pass.set_index_buffer(scene.indices.slice(..), wgpu::IndexFormat::Uint32);
-        for instance in drawn.clone() {
+        for draw in drawn.clone() {
+            let (instance, part) = (draw / scene.parts, draw % scene.parts);
             self.layout.aim(&mut pass, instance);
-            pass.draw_indexed(0..scene.index_count, 0, instance..instance + 1);
+            pass.draw_indexed(scene.corners_of_part(scene.index_count, part), 0, instance..instance + 1);
         }
         if let (Some(cutouts), Some(buffers)) = (&self.cutouts, &scene.cutouts) {
             let corners = cutouts.begin(&mut pass, buffers);
-            for instance in drawn {
+            for draw in drawn {
+                let (instance, part) = (draw / scene.parts, draw % scene.parts);
                 self.layout.aim(&mut pass, instance);
-                pass.draw(0..corners, instance..instance + 1);
+                pass.draw(scene.corners_of_part(corners, part), instance..instance + 1);
             }
         }
     }

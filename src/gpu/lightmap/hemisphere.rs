@@ -5,7 +5,7 @@ use glam::Vec3;
 use wgpu::util::DeviceExt as _;
 
 use super::{
-    hemicube::{FACE_COUNT, TileLayout},
+    hemicube::{FACE_COUNT, SceneBuffers, TileLayout},
     item_buffer::ITEM_FORMAT,
     pipelines::{FaceDraw, POSITIONS, face_pipeline, module},
     shaders::Shaders,
@@ -81,16 +81,17 @@ impl HemispherePass {
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         layout: TileLayout,
-        faces: &wgpu::Buffer,
+        (scene, faces): (&SceneBuffers, &wgpu::Buffer),
         drawn: std::ops::Range<u32>,
     ) {
         pass.set_pipeline(&self.pipeline);
         pass.set_vertex_buffer(0, self.corners.slice(..));
         pass.set_vertex_buffer(1, faces.slice(..));
         let corner_count = (self.corners.size() / size_of::<Vec3>() as u64) as u32;
-        for instance in drawn.filter(|instance| instance.is_multiple_of(FACE_COUNT)) {
+        for draw in drawn.filter(|draw| (draw / scene.parts).is_multiple_of(FACE_COUNT)) {
+            let (instance, part) = (draw / scene.parts, draw % scene.parts);
             layout.aim(pass, instance);
-            pass.draw(0..corner_count, instance..instance + 1);
+            pass.draw(scene.corners_of_part(corner_count, part), instance..instance + 1);
         }
     }
 }

@@ -9,7 +9,7 @@ use super::{
     ledger::GpuLedger,
     pace::{Batch, Pace, Submission},
     pages::PagePass,
-    patches::{BatchSettings, LedgerSums, Patches, Shooter},
+    patches::{BLOCK, BatchSettings, LedgerSums, Patches, Shooter},
     readback::read,
     resources::{BindGroups, Buffers, HemicubeSet, MOST_SLOTS, Pipelines, check_size, device_bytes},
     rest::Moments,
@@ -93,7 +93,13 @@ impl GpuSolver {
             texel_count: atlas.texels.len(),
             bytes,
             square_metres,
-            paces: resolutions.map(|resolution| Pace::new(scene_buffers.index_count / 3, resolution)),
+            paces: resolutions.map(|resolution| {
+                Pace::new(
+                    scene_buffers.draws(FACE_COUNT),
+                    scene_buffers.index_count / 3 / scene_buffers.parts,
+                    resolution,
+                )
+            }),
             scene: scene_buffers,
             pages: PagePass::new(device, &shaders, &buffers, atlas, &patches),
             light_hemicubes,
@@ -118,7 +124,7 @@ impl GpuSolver {
 
     /// Runs the passes once on nothing: a driver compiles them only now, and may take longer than any submission should.
     fn warm_up(&mut self) -> Result<(), String> {
-        let nothing = Submission { begins: true, faces: 0..1, slots: 0..0, receivers: 0..1, completes: true };
+        let nothing = Submission { begins: true, draws: 0..1, slots: 0..0, receivers: 0..1, completes: true };
         for from_lamps in [true, false] {
             (self.from_lamps, self.batch) = (from_lamps, Batch::new(u32::from(!from_lamps)));
             let settings = BatchSettings { end_receiver: 0, ..self.submission_settings(&nothing) };
@@ -320,12 +326,12 @@ impl GpuSolver {
     fn draw_and_receive(&mut self, encoder: &mut wgpu::CommandEncoder, submission: &Submission) {
         let Self { light_hemicubes, hemicubes, timer, pipelines, groups, buffers, scene, .. } = self;
         let set = if self.from_lamps { light_hemicubes } else { hemicubes };
-        if !submission.faces.is_empty() {
-            let drawn = (submission.faces.clone(), submission.begins);
+        if !submission.draws.is_empty() {
+            let drawn = (submission.draws.clone(), submission.begins);
             set.pass.draw(encoder, scene, &buffers.faces, drawn, timer.render(Pass::Hemicubes));
         }
         if !submission.receivers.is_empty() {
-            let workgroups = (submission.receivers.len() as u32).div_ceil(64);
+            let workgroups = submission.receivers.len().div_ceil(BLOCK) as u32;
             let mut pass = timer.compute(encoder, Pass::Receive);
             dispatch(&mut pass, &pipelines.receive, &set.receive, workgroups);
         }

@@ -280,7 +280,8 @@ impl LampPass {
             pass.set_bind_group(0, &self.faces_group, &[]);
             pass.dispatch_workgroups(self.face_count().div_ceil(64), 1, 1);
         }
-        self.hemicubes.draw(encoder, &self.scene, &self.faces, (faces, begins), None);
+        let draws = self.scene.draws(faces.start)..self.scene.draws(faces.end);
+        self.hemicubes.draw(encoder, &self.scene, &self.faces, (draws, begins), None);
     }
 }
 
