@@ -165,6 +165,42 @@ fn updates_by_batches_show_whole_batches_and_end_with_the_same_light() {
     assert_eq!(light, same_light);
 }
 
+#[test]
+fn form_factors_show_their_field_after_every_sweep_and_end_near_the_ray_tracers() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    {
+        let app = window.state_mut();
+        let settings = &mut app.document.edit.settings;
+        (settings.subdivide, settings.bounces) = (2, None);
+        let factors = &mut app.lightmap.factors.settings;
+        (factors.subdivide, factors.resolution, factors.sweeps) = (2, 64, 12);
+    }
+    solve(&mut window);
+    // Stopped on its way it keeps nothing, and does not come back.
+    window.state_mut().fulfil(Command::FormFactors);
+    window.state_mut().fulfil(Command::FormFactors);
+    assert!(window.state().lightmap.factors.job.is_none() && window.state().other.is_none());
+    window.state_mut().fulfil(Command::FormFactors);
+    assert_eq!(window.state().layout.views[1].source, Source::Other);
+    let mut shown: Vec<(String, f32)> = Vec::new();
+    run_until(&mut window, "the sweeps", |app| {
+        let line = app.lightmap.factors.status.split(';').next().unwrap();
+        if app.other.is_some() && shown.last().is_none_or(|(last, _)| last != line) {
+            shown.push((String::from(line), mean_of(app)));
+        }
+        app.lightmap.factors.job.is_none()
+    });
+    // The mean rises from sweep to sweep, each by less than the one before.
+    let steps: Vec<f32> = shown.windows(2).map(|pair| pair[1].1 - pair[0].1).collect();
+    assert!(shown.len() >= 6 && shown[0].0.starts_with("sweep 1,"), "{shown:?}");
+    assert!(steps[..4].windows(2).all(|pair| pair[1] < pair[0] && pair[1] > 0.0), "{shown:?}");
+    assert!(window.state().lightmap.factors.status.contains("row sums"));
+    let (ratio, _) = means(window.state());
+    assert!((ratio - 1.0).abs() < 0.1, "means differ by {:.1} %", 100.0 * (ratio - 1.0)); // 4 segments a wall
+    assert!(errors(window.state()).is_empty(), "{:?}", errors(window.state()));
+}
+
 fn rests(app: &App) -> bool {
     app.lightmap.job.as_ref().is_none_or(|job| job.rests()) && app.other.is_some()
 }

@@ -12,9 +12,13 @@ use std::{
 };
 
 use common::*;
-use egui_kittest::Harness;
-use radiosity::app::{App, command::Command, fly_camera::FlyCamera};
-use radiosity::scene::{area_light::AreaLightState, camera::CameraState};
+use egui_kittest::{Harness, kittest::Queryable as _};
+use radiosity::{
+    app::{App, command::Command, fly_camera::FlyCamera, panes::Pane},
+    gpu::lightmap::Stage,
+    lightmap::Visibility,
+    scene::{area_light::AreaLightState, camera::CameraState},
+};
 
 /// A minute is too little for a large scene on a software driver.
 fn wait_for(window: &mut Harness<'_, App>, is_done: impl Fn(&App) -> bool) {
@@ -79,7 +83,9 @@ fn pictures_of_the_atrium() {
 #[test]
 #[ignore = "pictures, not a test: cargo test --test app_lightmap_pictures -- --ignored --nocapture sponza"]
 fn pictures_of_sponza() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/sponza/sponza.obj");
+    let shared = std::env::var_os("RADIOSITY_SHARED")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), std::path::PathBuf::from);
+    let path = shared.join("scenes/sponza/sponza.obj");
     if !path.exists() {
         println!("skipped: no {}", path.display());
         return;
@@ -105,7 +111,42 @@ fn pictures_of_sponza() {
         (settings.rays, settings.subdivide, settings.bounces) = (64, 0, None);
         app.lightmap.map.texels = 250_000;
         app.document.edit.tone_map.exposure = -3.0;
-        app.lightmap.settings.group = 16;
     }
     take_pictures("sponza", &mut window, &[0.5, 0.2, 0.05]);
+}
+
+#[test]
+#[ignore = "pictures, not a test: cargo test --test app_lightmap_pictures -- --ignored --nocapture panel"]
+fn pictures_of_the_panel() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = window_of(Path::new("cornell"), folder.path(), LARGE, 1.0);
+    {
+        let app = window.state_mut();
+        (app.layout.plots, app.layout.to_front) = (false, Some(Pane::Lightmap));
+        app.lightmap.settings.visibility = Visibility::Hemisphere;
+        app.lightmap.settings.hemicube = 128;
+        app.lightmap.map.texels = 5000;
+        app.fulfil(Command::SolveLightmap);
+    }
+    wait_for(&mut window, |app| app.lightmap.job.as_ref().is_none_or(|job| job.rests()));
+    let save = |window: &mut Harness<'_, App>, name: &str| {
+        window.run_steps(3);
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("panel-{name}.png"));
+        window.render().unwrap().save(path).unwrap();
+    };
+    for name in ["Items", "Hemicubes"] {
+        window.get_by_label(name).click();
+        save(&mut window, name);
+    }
+    window.get_by_label("Map").click();
+    for stage in Stage::ALL {
+        window.state_mut().lightmap.stage = stage;
+        wait_for(&mut window, |app| app.lightmap.filled == stage);
+        save(&mut window, stage.name().0);
+    }
+    window.state_mut().lightmap.factors.settings.subdivide = 2;
+    window.get_by_label("Form factors").click();
+    window.state_mut().fulfil(Command::FormFactors);
+    wait_for(&mut window, |app| app.lightmap.factors.job.is_none());
+    save(&mut window, "factors");
 }

@@ -15,6 +15,7 @@ use radiosity::{
         },
     },
     scene::{LoadOptions, Scene, Tessellation, builtin, load, tessellate::TessellationOptions},
+    solver::patches::Patches,
     student::basis::form_basis,
     trace::{Ray, RayTracer as _, Tracer, surface::lift},
 };
@@ -173,4 +174,38 @@ fn in_a_closed_box_every_row_sums_to_one() {
         let sum: f32 = row.iter().map(|(_, factor)| factor).sum();
         assert!((sum - 1.0).abs() < 0.01, "{sum}");
     }
+}
+
+/// The Cornell box of the published coordinates with its blocks, and a fifth wall at its open front.
+fn closed_cornell() -> Arc<Scene> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell");
+    let [obj, mtl] = ["cornell.obj", "cornell.mtl"].map(|name| std::fs::read_to_string(folder.join(name)).unwrap());
+    let closed = format!("{obj}\nusemtl white\nf 2 1 5 8\n");
+    Arc::new(load::load_from_memory("closed", &closed, &mtl, &LoadOptions::default()).unwrap())
+}
+
+#[test]
+fn in_a_closed_cornell_box_every_row_that_is_not_under_a_block_sums_to_one_within_1_percent() {
+    let scene = closed_cornell();
+    let elements = Tessellation::new(&scene, &TessellationOptions { subdivide: 2, max_edge: None }).unwrap();
+    let patches = Patches::new(&scene, &elements);
+    let viewpoint = |(origin, normal): &(Vec3, Vec3)| Viewpoint { origin: *origin, normal: *normal };
+    let viewpoints: Vec<Viewpoint> = patches.places.iter().map(viewpoint).collect();
+    let (device, queue) = device::headless().unwrap();
+    let weights = delta_form_factors(128);
+    let buffers = ItemBuffers::of_elements((&device, &queue), (&scene, &elements), 128, &weights).unwrap();
+    let rows = buffers.all_rows(&viewpoints, &mut |_| true).unwrap().unwrap();
+    // However many are drawn at once.
+    assert_eq!(rows[..3], buffers.rows(&viewpoints[..3]).unwrap());
+    let mut under_blocks = 0.0;
+    for (row, area) in rows.iter().zip(&patches.areas) {
+        let sum: f32 = row.iter().map(|(_, factor)| factor).sum();
+        // Inside of a block, which has no bottom, a patch of the floor sees back faces alone.
+        under_blocks += if sum == 0.0 { *area } else { 0.0 };
+        assert!(sum == 0.0 || (sum - 1.0).abs() < 0.01, "{sum}");
+    }
+    // The blocks stand on 0.168 by 0.166 m and on 0.165 by 0.167 m; patches count by their middles.
+    let square_metres = f64::from(under_blocks) * scene.frame.square_metres_per_unit();
+    assert!((square_metres / 0.0554 - 1.0).abs() < 0.2, "{square_metres}");
+    assert_eq!(buffers.all_rows(&viewpoints, &mut |done| done < 0.5).unwrap(), None); // stopped half-way
 }

@@ -47,6 +47,7 @@ impl App {
         match command {
             Command::Solve => self.solve(false),
             Command::SolveLightmap => self.solve_lightmap(),
+            Command::FormFactors => self.start_or_stop_factors(),
             Command::ReloadShaders => self.reload_shaders(),
             Command::Step => self.step(),
             Command::Cancel => self.cancel(),
@@ -151,6 +152,7 @@ impl App {
         }
         self.listen_to_solve();
         self.listen_to_lightmap();
+        self.listen_to_factors();
     }
 
     fn listen_to_solve(&mut self) {
@@ -194,7 +196,7 @@ impl App {
     }
 
     /// Elements to begin a solve with, and the settings that they were made with.
-    fn elements_at_hand(&self) -> (Elements, SolveSettings) {
+    pub(super) fn elements_at_hand(&self) -> (Elements, SolveSettings) {
         match &self.results {
             Some(results) => (results.elements.clone(), results.input.settings.clone()),
             None => (self.document.elements.clone(), self.document.original.settings.clone()),
@@ -265,7 +267,7 @@ impl App {
         self.camera = FlyCamera::new(&opened.loaded.camera, &opened.loaded.scene);
         self.document = Document::new(opened);
         (self.results, self.other, self.solving, self.picked) = (None, None, None, None);
-        self.lightmap.job = None;
+        (self.lightmap.job, self.lightmap.factors.job) = (None, None);
         self.undoer = Default::default();
         self.layout.ambient = true;
     }

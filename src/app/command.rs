@@ -55,6 +55,8 @@ pub enum Command {
     SavePlots(PathBuf),
     /// Start to solve the lightmap on the graphics card, or start again.
     SolveLightmap,
+    /// Find form factors on the graphics card, and the radiosity that follows from them sweep by sweep; or stop it.
+    FormFactors,
     /// Read the lightmap's shaders again from the source tree.
     ReloadShaders,
     /// Keep the present solution to compare with.

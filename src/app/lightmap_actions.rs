@@ -4,11 +4,13 @@ use std::time::Duration;
 
 use super::{
     App,
+    factors_job::{FactorsEvent, FactorsInput, FactorsJob},
     lightmap_job::{LightmapEvent, LightmapInput, LightmapJob, ShownMap},
     notices::Level,
+    solving::SolveInput,
     view_settings::Source,
 };
-use crate::{gpu, gpu::MapFrame};
+use crate::{gpu, gpu::MapFrame, solver::SolveSettings};
 
 impl App {
     /// Takes the news of the lightmap.
@@ -65,22 +67,74 @@ impl App {
         Some((shown, map))
     }
 
+    /// The window's device, if it can do more than draw; else says why it cannot.
+    fn device_that_solves(&mut self) -> Option<(wgpu::Device, wgpu::Queue)> {
+        let Some((device, queue)) = self.device.clone() else {
+            self.notices.say(Level::Error, "The window does not draw on a device that could solve a lightmap");
+            return None;
+        };
+        if let Some(problem) = gpu::device::missing_limit(&device.limits()) {
+            let line =
+                format!("The window's device {problem}: it cannot solve a lightmap; `radiosity devices` lists others");
+            self.notices.say(Level::Error, line);
+            return None;
+        }
+        Some((device, queue))
+    }
+
+    /// Form factors and sweeps, in the right view as the other solution; or the end of those on their way.
+    pub(super) fn start_or_stop_factors(&mut self) {
+        if self.lightmap.factors.job.take().is_some() {
+            self.lightmap.factors.status.push_str(": stopped");
+            return;
+        }
+        let Some((device, queue)) = self.device_that_solves() else { return };
+        let edit = self.document.edit.solve_input();
+        let (shown, made_with) = self.elements_at_hand();
+        let settings = self.lightmap.factors.settings.clone();
+        let even = SolveSettings { subdivide: settings.subdivide, ..SolveSettings::even() };
+        let input =
+            FactorsInput { device, queue, shown, made_with, input: SolveInput { settings: even, ..edit }, settings };
+        self.layout.ambient = false;
+        self.layout.second_view = true;
+        self.layout.views[1].shown = self.layout.views[0].shown;
+        self.layout.views[1].source = Source::Other;
+        let context = self.context.clone();
+        match FactorsJob::start(input, move || context.request_repaint_after(Duration::from_millis(1))) {
+            Ok(job) => self.lightmap.factors.job = Some(job),
+            Err(error) => self.notices.say(Level::Error, format!("no thread could be started: {error}")),
+        }
+    }
+
+    /// Takes the news of the form factors.
+    pub(super) fn listen_to_factors(&mut self) {
+        let Some(job) = &self.lightmap.factors.job else { return };
+        let events: Vec<FactorsEvent> = job.events().collect();
+        for event in events {
+            match event {
+                FactorsEvent::Status(text) => self.lightmap.factors.status = text,
+                FactorsEvent::Sweep(text, results) => {
+                    self.lightmap.factors.status = text;
+                    self.other = Some(*results);
+                }
+                FactorsEvent::Ended(outcome) => {
+                    self.lightmap.factors.job = None;
+                    if let Err(problem) = outcome {
+                        self.lightmap.factors.status.clone_from(&problem);
+                        self.notices.say(Level::Error, problem);
+                    }
+                }
+            }
+        }
+    }
+
     /// The lightmap, in the right view as the other solution.
     pub(super) fn solve_lightmap(&mut self) {
         if !self.document.shines() {
             self.notices.say(Level::Error, "Nothing shines in this scene: press SPACE to put a light at the camera");
             return;
         }
-        let Some((device, queue)) = self.device.clone() else {
-            self.notices.say(Level::Error, "The window does not draw on a device that could solve a lightmap");
-            return;
-        };
-        if let Some(problem) = gpu::device::missing_limit(&device.limits()) {
-            let line =
-                format!("The window's device {problem}: it cannot solve a lightmap; `radiosity devices` lists others");
-            self.notices.say(Level::Error, line);
-            return;
-        }
+        let Some((device, queue)) = self.device_that_solves() else { return };
         let input = LightmapInput {
             device,
             queue,

@@ -10,6 +10,7 @@ mod controls;
 pub mod device_loss;
 pub mod document;
 pub mod elements;
+pub mod factors_job;
 pub mod file_dialog;
 mod fill_unknown;
 pub mod fly_camera;

@@ -8,6 +8,7 @@ use egui::{Rect, Sense, Slider, Ui};
 use super::{
     command::Command,
     controls::{choice_row, row, rows},
+    factors_job::FactorsPanel,
     lightmap_job::{LightmapJob, ShownMap},
     results::{Field, Results},
 };
@@ -38,6 +39,8 @@ pub struct LightmapPanel {
     pub filled: Stage,
     /// What it does, or how it ended.
     pub status: String,
+    /// Form factors by item buffers, and their radiosity.
+    pub factors: FactorsPanel,
     /// What its passes took.
     pub times: Option<Vec<PassTime>>,
     /// The nearest texel is shown, and not a mean of four.
@@ -68,6 +71,7 @@ impl Default for LightmapPanel {
             stage: Stage::default(),
             filled: Stage::default(),
             status: String::new(),
+            factors: FactorsPanel::default(),
             times: None,
             nearest: false,
             cache: None,
@@ -144,6 +148,8 @@ impl LightmapPanel {
             self.comparison_ui(ui, present, other);
         }
         self.picture_ui(ui, tone_map);
+        let factors = egui::CollapsingHeader::new("Form factors").show(ui, |ui| self.factors.ui(ui));
+        let command = command.or(factors.body_returned.flatten());
         if let Some(times) = self.times.as_ref().filter(|_| self.job.is_some()) {
             egui::CollapsingHeader::new("Passes").show(ui, |ui| times_ui(ui, times));
         }

@@ -3,7 +3,7 @@
 use std::{path::PathBuf, time::Instant};
 
 use anyhow::bail;
-use clap::{ArgMatches, Args, ValueEnum};
+use clap::{ArgMatches, Args};
 use glam::Vec3;
 use serde::Serialize;
 
@@ -15,19 +15,15 @@ use super::{
 use crate::{
     gpu::{
         device,
-        lightmap::{
-            hemicube::delta_form_factors,
-            item_buffer::{ItemBuffers, Row, Viewpoint},
-            lamps::lamps_of,
-        },
+        lightmap::item_buffer::{ItemBuffers, Viewpoint, weights_of},
     },
-    math::ratio_or_zero,
-    scene::{Scene, Tessellation, area_light::AreaLightState, reflectance::triangle_mean_reflectance},
+    lightmap::{FormFactorSettings, PixelWeights},
+    scene::{Scene, Tessellation, area_light::AreaLightState},
     solver::{
         Solution, SolutionInfo, SolveSettings,
         form_factors::{FormFactorQuality, FormFactors, gauss_seidel},
+        patches::Patches,
     },
-    trace::surface::lift,
 };
 
 /// Arguments of `radiosity form-factors`.
@@ -39,18 +35,9 @@ pub struct FormFactorsArgs {
     /// The light.
     #[command(flatten, next_help_heading = "Area light")]
     pub light: LightArgs,
-    /// Cut every edge in two this many times (2^N segments an edge); every triangle is a patch.
-    #[arg(long, value_name = "N", default_value_t = 3)]
-    pub subdivide: u32,
-    /// Pixels along a hemicube: even, 16 to 512.
-    #[arg(long, value_name = "PIXELS", default_value_t = 128)]
-    pub resolution: u32,
-    /// What a pixel counts.
-    #[arg(long, value_enum, default_value_t = Weights::Delta)]
-    pub weights: Weights,
-    /// Sweeps of Gauss-Seidel; fewer if nothing changes by more than a millionth.
-    #[arg(long, value_name = "N", default_value_t = 50)]
-    pub sweeps: u32,
+    /// Patches and hemicubes.
+    #[command(flatten)]
+    pub settings: FormFactorSettings,
     /// A part of the device's name, as `radiosity devices` lists it; else the best one.
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,
@@ -65,16 +52,6 @@ pub struct FormFactorsArgs {
     pub json: bool,
 }
 
-/// What a pixel of a hemicube counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Weights {
-    /// Its delta form factor (eq. 8).
-    Delta,
-    /// As much as any other: pixels are counted.
-    Plain,
-}
-
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct FormFactorsReport {
@@ -83,7 +60,7 @@ pub struct FormFactorsReport {
     /// Pixels along a hemicube.
     pub resolution: u32,
     /// What a pixel counts.
-    pub weights: Weights,
+    pub weights: PixelWeights,
     /// Row sums and reciprocity.
     pub quality: FormFactorQuality,
     /// Seconds for all hemicubes.
@@ -94,64 +71,57 @@ pub struct FormFactorsReport {
     pub changes: Vec<f64>,
 }
 
-/// Patches: the elements of a tessellation.
-struct Patches<'a> {
+/// What rows are drawn of.
+struct Elements<'a> {
     scene: &'a Scene,
     tessellation: Tessellation,
-    viewpoints: Vec<Viewpoint>,
-    /// Without the holes that textures cut.
-    areas: Vec<f32>,
+    patches: Patches,
 }
 
 /// Runs the command.
 pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
-    if !(16..=512).contains(&args.resolution) || !args.resolution.is_multiple_of(2) {
-        bail!("the resolution must be an even number of pixels from 16 to 512, not {}", args.resolution);
+    if let Some(problem) = args.settings.problem() {
+        bail!("{problem}");
     }
     if let Some(path) = &args.output {
         files::check_writable(path)?;
     }
     let card = device::choose(args.device.as_deref()).and_then(|device| device.open()).map_err(anyhow::Error::msg)?;
     let loaded = args.scene.load(matches)?;
-    let patches = Patches::new(&loaded.scene, args.subdivide)?;
+    let elements = Elements::new(&loaded.scene, args.settings.subdivide)?;
     if args.table {
-        return print_table(&card, &patches);
+        return print_table(&card, &elements);
     }
     let light = args.light.over(loaded.state.light)?;
+    let FormFactorSettings { resolution, weights, sweeps, .. } = args.settings;
+    let patches = &elements.patches;
     let mut progress = Progress::new(args.json);
     let started = Instant::now();
-    let weights = weights(args.weights, args.resolution);
-    let buffers = item_buffers(&card, &patches, args.resolution, &weights)?;
-    let factors = FormFactors {
-        areas: patches.areas.clone(),
-        rows: all_rows(&buffers, &patches.viewpoints, |done| progress.update(done, "hemicubes"))?,
-    };
-    let direct = direct_irradiance(&buffers, &patches, light)?;
+    let buffers = elements.item_buffers(&card, resolution, weights)?;
+    let factors = elements.form_factors(&buffers, |done| progress.update(done, "hemicubes"))?;
+    let placed = light.map(|light| light.to_local(&loaded.scene.frame));
+    let placed = buffers.direct_irradiance(placed.as_ref(), &patches.areas).map_err(anyhow::Error::msg)?;
     let mut report = FormFactorsReport {
         patches: patches.areas.len(),
-        resolution: args.resolution,
-        weights: args.weights,
+        resolution,
+        weights,
         quality: factors.quality(),
         hemicube_seconds: started.elapsed().as_secs_f64(),
         sweep_seconds: 0.0,
         changes: Vec::new(),
     };
     let started = Instant::now();
-    let (emission, reflectance) = materials(&loaded.scene, &patches.tessellation);
-    let radiosity = gauss_seidel(&factors, &emission, &reflectance, &direct, |sweep, _, change| {
-        progress.update(sweep as f32 / args.sweeps as f32, &format!("sweep {sweep}: change {change:.2e}"));
+    let watch = |sweep, _: &[Vec3], change| {
+        progress.update(sweep as f32 / sweeps as f32, &format!("sweep {sweep}: change {change:.2e}"));
         report.changes.push(change);
-        change > 1e-6 && sweep < args.sweeps
-    });
+        args.settings.goes_on(sweep, change)
+    };
+    let radiosity = gauss_seidel(&factors, &patches.emission, &patches.reflectance, &placed, watch);
     report.sweep_seconds = started.elapsed().as_secs_f64();
     progress.finish("done");
-    let emitted: Vec<Vec3> = (0..emission.len()).map(|patch| factors.gathered(patch, &emission)).collect();
-    let direct: Vec<Vec3> = direct.iter().zip(&emitted).map(|(placed, emitted)| *placed + *emitted).collect();
-    let indirect: Vec<Vec3> = (0..radiosity.len())
-        .map(|patch| (factors.gathered(patch, &radiosity) - emitted[patch]).max(Vec3::ZERO))
-        .collect();
     if let Some(path) = &args.output {
-        files::write_solution(path, &solution(&loaded, args, light, &patches, [&direct, &indirect]))?;
+        let fields = patches.irradiance_at_vertices(&elements.tessellation, &factors, &placed, &radiosity);
+        files::write_solution(path, &solution(&loaded, args, light, &elements.tessellation, fields))?;
     }
     if args.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
@@ -161,167 +131,85 @@ pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outco
     Ok(Outcome::Done)
 }
 
-impl<'a> Patches<'a> {
+impl<'a> Elements<'a> {
     fn new(scene: &'a Scene, subdivide: u32) -> anyhow::Result<Self> {
         let settings = SolveSettings { subdivide, ..SolveSettings::even() };
         if let Some(problem) = settings.problem() {
             bail!("{problem}");
         }
         let tessellation = Tessellation::new(scene, &settings.tessellation()).map_err(anyhow::Error::msg)?;
-        let mesh = &tessellation.mesh;
-        let count = mesh.triangles.len() as u32;
-        let viewpoint = |element: u32| {
-            let corners = mesh.corners(element);
-            let normal = scene.mesh.geometric_normal(tessellation.scene_triangle[element as usize]);
-            Viewpoint { origin: lift(corners.iter().sum::<Vec3>() / 3.0, normal, corners), normal }
+        Ok(Self { patches: Patches::new(scene, &tessellation), scene, tessellation })
+    }
+
+    fn item_buffers(
+        &self,
+        card: &(wgpu::Device, wgpu::Queue),
+        resolution: u32,
+        weights: PixelWeights,
+    ) -> anyhow::Result<ItemBuffers> {
+        let weights = weights_of(weights, resolution);
+        ItemBuffers::of_elements((&card.0, &card.1), (self.scene, &self.tessellation), resolution, &weights)
+            .map_err(anyhow::Error::msg)
+    }
+
+    fn form_factors(&self, buffers: &ItemBuffers, mut report: impl FnMut(f32)) -> anyhow::Result<FormFactors> {
+        let viewpoints: Vec<Viewpoint> =
+            self.patches.places.iter().map(|(origin, normal)| Viewpoint { origin: *origin, normal: *normal }).collect();
+        let mut go_on = |done| {
+            report(done);
+            true
         };
-        Ok(Self {
-            viewpoints: (0..count).map(viewpoint).collect(),
-            areas: (0..count).map(|element| mesh.area(element) * opaque_share(scene, &tessellation, element)).collect(),
-            scene,
-            tessellation,
-        })
+        let rows = buffers.all_rows(&viewpoints, &mut go_on).map_err(anyhow::Error::msg)?;
+        Ok(FormFactors { areas: self.patches.areas.clone(), rows: rows.unwrap_or_default() })
     }
 }
 
-/// The part of an element that is no hole, by the points of a grid.
-fn opaque_share(scene: &Scene, tessellation: &Tessellation, element: u32) -> f32 {
-    const SIDE: u32 = 16;
-    let triangle = tessellation.scene_triangle[element as usize];
-    if !scene.may_be_cut_out(triangle) {
-        return 1.0;
-    }
-    let [a, b, c] = tessellation.corner_barycentrics[element as usize];
-    let thirds = |index: u32| (index as f32 + 1.0 / 3.0) / SIDE as f32;
-    let points = (0..SIDE).flat_map(|row| (0..SIDE - row).map(move |column| (thirds(column), thirds(row))));
-    let (mut opaque, mut all) = (0, 0);
-    for (u, v) in points {
-        opaque += u32::from(!scene.is_cut_out(triangle, a + u * (b - a) + v * (c - a)));
-        all += 1;
-    }
-    opaque as f32 / all as f32
-}
-
-fn weights(kind: Weights, resolution: u32) -> Vec<f32> {
-    match kind {
-        Weights::Delta => delta_form_factors(resolution),
-        Weights::Plain => {
-            let count = 3 * resolution * resolution;
-            vec![1.0 / count as f32; count as usize]
-        }
-    }
-}
-
-fn item_buffers(
-    card: &(wgpu::Device, wgpu::Queue),
-    patches: &Patches<'_>,
-    resolution: u32,
-    weights: &[f32],
-) -> anyhow::Result<ItemBuffers> {
-    let elements = (patches.scene, &patches.tessellation);
-    ItemBuffers::of_elements((&card.0, &card.1), elements, resolution, weights).map_err(anyhow::Error::msg)
-}
-
-fn all_rows(buffers: &ItemBuffers, viewpoints: &[Viewpoint], mut report: impl FnMut(f32)) -> anyhow::Result<Vec<Row>> {
-    let mut rows = Vec::with_capacity(viewpoints.len());
-    for batch in viewpoints.chunks(buffers.batch()) {
-        rows.extend(buffers.rows(batch).map_err(anyhow::Error::msg)?);
-        report(rows.len() as f32 / viewpoints.len() as f32);
-    }
-    Ok(rows)
-}
-
-/// What the placed light gives to each patch: the light's own rows, turned round (A_i F_ij = A_j F_ji).
-fn direct_irradiance(
-    buffers: &ItemBuffers,
-    patches: &Patches<'_>,
-    light: Option<AreaLightState>,
-) -> anyhow::Result<Vec<Vec3>> {
-    /// Parts of the light along each side.
-    const LIGHT_SIDE: u32 = 8;
-    let mut direct = vec![Vec3::ZERO; patches.areas.len()];
-    let lamps = light.map_or(Vec::new(), |light| lamps_of(&light.to_local(&patches.scene.frame), LIGHT_SIDE));
-    let viewpoints: Vec<Viewpoint> =
-        lamps.iter().map(|lamp| Viewpoint { origin: lamp.origin, normal: lamp.normal }).collect();
-    for (row, lamp) in all_rows(buffers, &viewpoints, |_| ())?.iter().zip(&lamps) {
-        for &(patch, factor) in row {
-            let share = ratio_or_zero(f64::from(lamp.area * factor), f64::from(patches.areas[patch as usize]));
-            direct[patch as usize] += share as f32 * lamp.radiosity;
-        }
-    }
-    Ok(direct)
-}
-
-/// Emission [W/m²] and reflectance of each patch.
-fn materials(scene: &Scene, tessellation: &Tessellation) -> (Vec<Vec3>, Vec<Vec3>) {
-    let of_triangle = |triangle: u32| {
-        let emission = std::f32::consts::PI * scene.material(triangle).emitted_radiance;
-        (emission, triangle_mean_reflectance(scene, triangle))
-    };
-    let known: Vec<(Vec3, Vec3)> = (0..scene.mesh.triangles.len() as u32).map(of_triangle).collect();
-    tessellation.scene_triangle.iter().map(|triangle| known[*triangle as usize]).unzip()
-}
-
-/// Constant patches as a solution at vertices: each takes the mean of the patches around it, by area.
+/// Direct and all other irradiance at the vertices as a solution.
 fn solution(
     loaded: &LoadedScene,
     args: &FormFactorsArgs,
     light: Option<AreaLightState>,
-    patches: &Patches<'_>,
-    fields: [&[Vec3]; 2],
+    tessellation: &Tessellation,
+    fields: [Vec<Vec3>; 2],
 ) -> Solution {
-    let tessellation = &patches.tessellation;
-    let mesh = &tessellation.mesh;
-    let at_vertices = |field: &[Vec3]| -> Vec<Vec3> {
-        let mut sums = vec![(Vec3::ZERO, 0.0); mesh.positions.len()];
-        for ((corners, value), area) in mesh.triangles.iter().zip(field).zip(&patches.areas) {
-            for vertex in corners {
-                let (sum, whole) = &mut sums[*vertex as usize];
-                *sum += *area * *value;
-                *whole += area;
-            }
-        }
-        sums.into_iter().map(|(sum, whole)| if whole > 0.0 { sum / whole } else { Vec3::ZERO }).collect()
-    };
     Solution {
         info: SolutionInfo {
             scene_name: loaded.scene.name.clone(),
             scene_hash: loaded.scene.hash(),
             tessellation_hash: tessellation.hash(),
             load: loaded.load.clone(),
-            settings: SolveSettings { subdivide: args.subdivide, ..SolveSettings::even() },
+            settings: SolveSettings { subdivide: args.settings.subdivide, ..SolveSettings::even() },
             light,
             program_version: String::from(env!("CARGO_PKG_VERSION")),
             complete: true,
         },
-        bounces: fields.into_iter().map(at_vertices).collect(),
-        buried: vec![false; mesh.positions.len()],
+        bounces: fields.into(),
+        buried: vec![false; tessellation.mesh.positions.len()],
         cuts: Vec::new(),
     }
 }
 
 /// Resolutions and weights against the finest delta form factors.
-fn print_table(card: &(wgpu::Device, wgpu::Queue), patches: &Patches<'_>) -> anyhow::Result<Outcome> {
+fn print_table(card: &(wgpu::Device, wgpu::Queue), elements: &Elements<'_>) -> anyhow::Result<Outcome> {
     const FINEST: u32 = 512;
     let rows_of = |kind, resolution| -> anyhow::Result<FormFactors> {
-        let buffers = item_buffers(card, patches, resolution, &weights(kind, resolution))?;
-        Ok(FormFactors { areas: patches.areas.clone(), rows: all_rows(&buffers, &patches.viewpoints, |_| ())? })
+        elements.form_factors(&elements.item_buffers(card, resolution, kind)?, |_| ())
     };
-    let reference = rows_of(Weights::Delta, FINEST)?;
+    let reference = rows_of(PixelWeights::Delta, FINEST)?;
     println!(
         "patches {}; error: mean over rows of Σ |F - F_512|, F_512 the delta form factors of {FINEST} pixels",
-        patches.areas.len()
+        elements.patches.areas.len()
     );
     println!("pixels  weights     error   reciprocity  row sums: least    mean  greatest  seconds");
     for resolution in [32, 64, 128, 256, 512] {
-        for kind in [Weights::Plain, Weights::Delta] {
+        for kind in [PixelWeights::Plain, PixelWeights::Delta] {
             let started = Instant::now();
             let factors = rows_of(kind, resolution)?;
             let seconds = started.elapsed().as_secs_f64();
             let quality = factors.quality();
             println!(
                 "{resolution:6}  {:7}  {:8.4}  {:10.3} %  {:15.4}  {:6.4}  {:8.4}  {seconds:7.2}",
-                if kind == Weights::Plain { "plain" } else { "delta" },
+                if kind == PixelWeights::Plain { "plain" } else { "delta" },
                 mean_difference(&factors, &reference),
                 100.0 * quality.reciprocity_error,
                 quality.least_row_sum,

@@ -18,7 +18,9 @@ mod tests;
 
 pub use charts::Charts;
 pub use dilate::{fill_rings, pages_of};
-pub use settings::{Ambient, Attenuation, GpuSettings, PageUpdate, ShootingOrder, Visibility};
+pub use settings::{
+    Ambient, Attenuation, FormFactorSettings, GpuSettings, PageUpdate, PixelWeights, ShootingOrder, Visibility,
+};
 pub use texels::{Texel, texel_table};
 pub use unwrap::{LightmapSettings, unwrap};
 

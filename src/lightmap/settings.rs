@@ -165,3 +165,52 @@ impl GpuSettings {
         None
     }
 }
+
+/// What a pixel of a hemicube counts in a form factor.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PixelWeights {
+    /// Its delta form factor (eq. 8).
+    #[default]
+    Delta,
+    /// As much as any other: pixels are counted.
+    Plain,
+}
+
+/// How form factors are found, and the radiosity that follows from them.
+#[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
+#[serde(default)]
+pub struct FormFactorSettings {
+    /// Cut every edge in two this many times (2^N segments an edge); every triangle is a patch.
+    #[arg(long, value_name = "N", default_value_t = FormFactorSettings::default().subdivide)]
+    pub subdivide: u32,
+    /// Pixels along a hemicube: even, 16 to 512.
+    #[arg(long, value_name = "PIXELS", default_value_t = FormFactorSettings::default().resolution)]
+    pub resolution: u32,
+    /// What a pixel counts.
+    #[arg(long, value_enum, default_value_t = FormFactorSettings::default().weights)]
+    pub weights: PixelWeights,
+    /// Sweeps of Gauss-Seidel; fewer if nothing changes by more than a millionth.
+    #[arg(long, value_name = "N", default_value_t = FormFactorSettings::default().sweeps)]
+    pub sweeps: u32,
+}
+
+impl Default for FormFactorSettings {
+    fn default() -> Self {
+        Self { subdivide: 3, resolution: 128, weights: PixelWeights::Delta, sweeps: 50 }
+    }
+}
+
+impl FormFactorSettings {
+    /// What is wrong with the settings, if anything.
+    pub fn problem(&self) -> Option<String> {
+        let pixels = self.resolution;
+        ((!(16..=512).contains(&pixels)) || !pixels.is_multiple_of(2))
+            .then(|| format!("the resolution must be an even number of pixels from 16 to 512, not {pixels}"))
+    }
+
+    /// True if sweeps go on after one that changed the radiosity by `change` of its mean.
+    pub fn goes_on(&self, sweep: u32, change: f64) -> bool {
+        change > 1e-6 && sweep < self.sweeps
+    }
+}

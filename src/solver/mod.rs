@@ -12,6 +12,7 @@ pub mod job;
 pub mod lightmap_solution;
 pub mod monitor;
 pub mod one_vertex;
+pub mod patches;
 pub mod reconstruct;
 pub mod settings;
 pub mod solution;

@@ -58,7 +58,7 @@ pub(crate) fn press_with(window: &mut Harness<'_, App>, modifiers: Modifiers, ke
     window.run_steps(2);
 }
 
-pub(crate) fn run_until(window: &mut Harness<'_, App>, what: &str, is_done: impl Fn(&App) -> bool) {
+pub(crate) fn run_until(window: &mut Harness<'_, App>, what: &str, mut is_done: impl FnMut(&App) -> bool) {
     let started = Instant::now();
     while !is_done(window.state()) {
         assert!(started.elapsed() < Duration::from_secs(60), "waited a minute for: {what}");

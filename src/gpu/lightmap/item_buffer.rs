@@ -1,18 +1,26 @@
 //! Form factors by item buffers: each patch's hemicube is drawn with the numbers of the triangles, and the weights of the
 //! pixels that show a triangle are added up (Cohen and Greenberg 1985).
 
+use std::time::Instant;
+
 use glam::Vec3;
 use wgpu::util::DeviceExt as _;
 
 use super::{
     cutouts::{CutTriangle, CutoutBuffers, CutoutPass, has_mask},
-    hemicube::{FACE_COUNT, NEAR, TileLayout},
+    hemicube::{FACE_COUNT, NEAR, TileLayout, delta_form_factors},
+    lamps::lamps_of,
+    pace::SUBMISSION_TIME,
     patches::{BatchSettings, Face, Shooter},
     pipelines::{FaceDraw, POSITIONS, compute_pipeline, face_pipeline, module},
-    readback::read_copy,
+    readback::read_part,
     shaders::{CUTOUTS_WGSL, FACES_WGSL, ON_FACE_WGSL, PATCHES_WGSL},
 };
-use crate::scene::{Scene, Tessellation};
+use crate::{
+    lightmap::PixelWeights,
+    math::ratio_or_zero,
+    scene::{AreaLight, Scene, Tessellation},
+};
 
 /// The shader that draws items.
 pub const ITEM_BUFFER_WGSL: &str = include_str!("item_buffer.wgsl");
@@ -30,6 +38,17 @@ pub struct Viewpoint {
 
 /// One row of form factors: triangle and form factor, for all triangles that are seen, in order.
 pub type Row = Vec<(u32, f32)>;
+
+/// What each pixel of a hemicube counts.
+pub fn weights_of(kind: PixelWeights, resolution: u32) -> Vec<f32> {
+    match kind {
+        PixelWeights::Delta => delta_form_factors(resolution),
+        PixelWeights::Plain => {
+            let count = 3 * resolution * resolution;
+            vec![1.0 / count as f32; count as usize]
+        }
+    }
+}
 
 /// Hemicubes in one submission, at most.
 const MOST_SLOTS: u32 = 64;
@@ -189,6 +208,53 @@ impl ItemBuffers {
         self.layout.slots as usize
     }
 
+    /// The rows of any number of viewpoints, in submissions of some [`SUBMISSION_TIME`], or of one hemicube. `report` gets the
+    /// part that is done before each, and stops it by returning false: then there are none.
+    ///
+    /// # Errors
+    /// One line, if the device was lost.
+    pub fn all_rows(
+        &self,
+        viewpoints: &[Viewpoint],
+        report: &mut dyn FnMut(f32) -> bool,
+    ) -> Result<Option<Vec<Row>>, String> {
+        let mut rows = Vec::with_capacity(viewpoints.len());
+        let mut count = 1;
+        while rows.len() < viewpoints.len() {
+            if !report(rows.len() as f32 / viewpoints.len() as f32) {
+                return Ok(None);
+            }
+            let end = (rows.len() + count).min(viewpoints.len());
+            let started = Instant::now();
+            rows.extend(self.rows(&viewpoints[rows.len()..end])?);
+            let faster = SUBMISSION_TIME.as_secs_f64() / started.elapsed().as_secs_f64().max(1e-6);
+            count = ((count as f64 * faster.min(2.0)) as usize).clamp(1, self.batch());
+        }
+        Ok(Some(rows))
+    }
+
+    /// What a placed light gives to each triangle, of these areas [W/m²]: the light's own rows, turned round
+    /// (A_i F_ij = A_j F_ji).
+    ///
+    /// # Errors
+    /// One line, if the device was lost.
+    pub fn direct_irradiance(&self, light: Option<&AreaLight>, areas: &[f32]) -> Result<Vec<Vec3>, String> {
+        /// Parts of the light along each side.
+        const LIGHT_SIDE: u32 = 8;
+        let mut direct = vec![Vec3::ZERO; areas.len()];
+        let lamps = light.map_or(Vec::new(), |light| lamps_of(light, LIGHT_SIDE));
+        let viewpoints: Vec<Viewpoint> =
+            lamps.iter().map(|lamp| Viewpoint { origin: lamp.origin, normal: lamp.normal }).collect();
+        let rows = self.all_rows(&viewpoints, &mut |_| true)?;
+        for (row, lamp) in rows.iter().flatten().zip(&lamps) {
+            for &(triangle, factor) in row {
+                let share = ratio_or_zero(f64::from(lamp.area * factor), f64::from(areas[triangle as usize]));
+                direct[triangle as usize] += share as f32 * lamp.radiosity;
+            }
+        }
+        Ok(direct)
+    }
+
     /// The rows of some viewpoints, no more than [`Self::batch`]. Waits for the card.
     ///
     /// # Errors
@@ -196,7 +262,8 @@ impl ItemBuffers {
     pub fn rows(&self, viewpoints: &[Viewpoint]) -> Result<Vec<Row>, String> {
         let slots = viewpoints.len().min(self.batch());
         let mut encoder = self.draw(&viewpoints[..slots]);
-        encoder.clear_buffer(&self.rows, 0, None);
+        let bytes = 4 * slots as u64 * u64::from(self.triangle_count);
+        encoder.clear_buffer(&self.rows, 0, Some(bytes));
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.add_pixels);
@@ -205,7 +272,7 @@ impl ItemBuffers {
             pass.dispatch_workgroups(pixels.div_ceil(64), slots as u32, 1);
         }
         self.queue.submit([encoder.finish()]);
-        let sums: Vec<u32> = read_copy(&self.device, &self.queue, &self.rows)?;
+        let sums: Vec<u32> = read_part(&self.device, &self.queue, &self.rows, bytes)?;
         let row = |sums: &[u32]| {
             let seen = sums.iter().enumerate().filter(|(_, sum)| **sum > 0);
             seen.map(|(triangle, sum)| (triangle as u32, *sum as f32 / (1 << 30) as f32)).collect()

@@ -21,14 +21,24 @@ pub(in crate::gpu) fn read_copy<T: bytemuck::Pod>(
     queue: &wgpu::Queue,
     buffer: &wgpu::Buffer,
 ) -> Result<Vec<T>, String> {
+    read_part(device, queue, buffer, buffer.size())
+}
+
+/// Reads the first bytes of any buffer, a multiple of 4, by way of a copy.
+pub(in crate::gpu) fn read_part<T: bytemuck::Pod>(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    buffer: &wgpu::Buffer,
+    bytes: u64,
+) -> Result<Vec<T>, String> {
     let copy = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("read"),
-        size: buffer.size(),
+        size: bytes,
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, bytes);
     queue.submit([encoder.finish()]);
     read(device, &copy)
 }
