@@ -65,14 +65,18 @@ impl Scene {
 
     /// Reflectance at a point of a triangle: `Kd` times the decoded `map_Kd`.
     pub fn reflectance(&self, triangle: u32, barycentric: Vec2) -> Vec3 {
-        let material = self.material(triangle);
-        match material.reflectance_texture {
-            None => material.reflectance,
-            Some(texture) => {
-                let texcoord = self.mesh.texcoord(triangle, barycentric);
-                material.reflectance * self.textures[texture as usize].sample(texcoord)
-            }
-        }
+        self.material(triangle).reflectance * self.texture_color(triangle, barycentric)
+    }
+
+    /// The decoded `map_Kd` at a point of a triangle; 1 without one.
+    pub fn texture_color(&self, triangle: u32, barycentric: Vec2) -> Vec3 {
+        let Some(texture) = self.material(triangle).reflectance_texture else { return Vec3::ONE };
+        self.textures[texture as usize].sample(self.mesh.texcoord(triangle, barycentric))
+    }
+
+    /// True if any material's reflectance is multiplied by a texture.
+    pub fn has_reflectance_textures(&self) -> bool {
+        self.materials.iter().any(|material| material.reflectance_texture.is_some())
     }
 
     /// True where an alpha-tested cut-out lets rays through.

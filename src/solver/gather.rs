@@ -14,7 +14,7 @@ use super::{
     solve::{Computed, Problem, SolveReport, bounce_on, fill},
 };
 use crate::transport::{
-    Lights, RowChunk, Transport, VertexOrigins,
+    Lights, RowChunk, Transport, VertexOrigins, bytes_per_ray,
     direct::{DirectContext, ShadowRays},
     lights::FinderCounts,
     visible_light::Scratch,
@@ -81,7 +81,8 @@ impl Solve<'_> {
 
     /// True if traced rows fit the memory budget, and will be used.
     fn keeps_rows(&self) -> bool {
-        let bytes = 8.0 * self.vertex_count() as f64 * f64::from(self.settings().rays);
+        let bytes =
+            bytes_per_ray(&self.problem.scene) as f64 * self.vertex_count() as f64 * f64::from(self.settings().rays);
         self.settings().bounces != Some(0) && bytes <= f64::from(self.settings().row_memory) * 1024.0 * 1024.0
     }
 

@@ -14,4 +14,4 @@ pub mod visible_light;
 pub use lights::Lights;
 pub use origins::VertexOrigins;
 #[cfg(feature = "reference")]
-pub use rows::{RowChunk, Transport};
+pub use rows::{RowChunk, Transport, bytes_per_ray};

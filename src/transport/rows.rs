@@ -1,10 +1,11 @@
 //! T: the gather rays of every vertex (eq. 4), traced once and kept as sparse rows.
 //!
 //! One set of cosine-weighted rays a vertex serves all bounces. What a ray met is kept in 8 bytes: the element and
-//! the barycentric coordinates in it, in steps of 1/65535. Reflectance is not kept: it is read at each bounce, so it
-//! may change. A bounce is then E_{n+1} = T E_n: a sum over each row, with no ray traced.
+//! the barycentric coordinates in it, in steps of 1/65535. In scenes with textures 4 bytes more keep the texture's value
+//! there; reflectance is not kept: it is read at each bounce, so it may change. A bounce is then E_{n+1} = T E_n: a sum
+//! over each row, with no ray traced.
 
-use glam::{UVec2, Vec2, Vec3, Vec3A};
+use glam::{UVec2, UVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::{
@@ -38,6 +39,8 @@ impl RowEntry {
 #[derive(Clone, Debug, Default)]
 pub struct RowChunk {
     entries: Vec<RowEntry>,
+    /// For each entry what the texture multiplies reflectance with; empty in scenes without textures.
+    tints: Vec<Tint>,
     /// For each vertex: where its entries end, and how many rays its value is the mean of (0 if it is buried).
     rows: Vec<(u32, u32)>,
     /// For each vertex and block of samples: where its entries end, counted from the row's start, and its rays.
@@ -51,7 +54,8 @@ pub struct RowChunk {
 impl RowChunk {
     /// Bytes that the chunk occupies.
     pub fn bytes(&self) -> usize {
-        self.entries.capacity() * size_of::<RowEntry>() + self.rows.capacity() * size_of::<[(u32, u32); BLOCKS + 1]>()
+        let entries = self.entries.capacity() * size_of::<RowEntry>() + self.tints.capacity() * size_of::<Tint>();
+        entries + self.rows.capacity() * size_of::<[(u32, u32); BLOCKS + 1]>()
     }
 
     /// Moves every entry from its element and place to another.
@@ -64,17 +68,40 @@ impl RowChunk {
 
     /// Gives the rows' memory back and keeps the counts.
     pub fn forget_rows(&mut self) {
-        (self.entries, self.rows, self.blocks) = Default::default();
+        (self.entries, self.tints, self.rows, self.blocks) = Default::default();
     }
+}
+
+/// The most bytes that one ray takes in a row of this scene.
+pub fn bytes_per_ray(scene: &Scene) -> usize {
+    size_of::<RowEntry>() + if scene.has_reflectance_textures() { size_of::<Tint>() } else { 0 }
 }
 
 /// A field as rows read it: the values of each element's corners side by side, since an entry's element is anywhere in
 /// memory, and one look there costs less than four. Made once a bounce.
 pub struct Outgoing {
-    /// Radiosity [W/m²]; irradiance on textured elements.
+    /// Radiosity [W/m²], textures left out.
     corners: Vec<[Vec3A; 3]>,
-    /// For each element whether its reflectance is still to be looked up; empty if none is textured.
-    textured: Vec<bool>,
+}
+
+/// A colour in 11, 11 and 10 bits, by its square root: so each is right to 0.001.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Tint(u32);
+
+impl Tint {
+    const STEPS: Vec3 = Vec3::new(2047.0, 2047.0, 1023.0);
+
+    fn new(color: Vec3) -> Self {
+        let [r, g, b] = (color.clamp(Vec3::ZERO, Vec3::ONE).map(f32::sqrt) * Self::STEPS).round().to_array();
+        Self(r as u32 | (g as u32) << 11 | (b as u32) << 22)
+    }
+
+    #[inline]
+    fn color(self) -> Vec3A {
+        let root =
+            UVec3::new(self.0 & 2047, self.0 >> 11 & 2047, self.0 >> 22).as_vec3a() * (1.0 / Vec3A::from(Self::STEPS));
+        root * root
+    }
 }
 
 /// What a row is traced and applied with.
@@ -124,10 +151,11 @@ impl Transport<'_> {
             let mut block_ends = [0; BLOCKS];
             if !self.trace_row(vertex, &origins, chunk, &mut runs, &mut block_ends, is_cancelled) {
                 chunk.entries.truncate(start);
+                chunk.tints.truncate(start);
                 return false;
             }
             chunk.blocks.push(self.blocks(block_ends, &runs));
-            drop_buried(&mut chunk.entries, start, &mut origins, &mut runs);
+            drop_buried(chunk, start, &mut origins, &mut runs);
             let rays: u32 = runs.iter().map(|run| run.rays).sum();
             chunk.rows.push((chunk.entries.len() as u32, rays));
             found.clear();
@@ -135,6 +163,7 @@ impl Transport<'_> {
             receive(vertex, &origins, &found);
         }
         chunk.entries.shrink_to_fit();
+        chunk.tints.shrink_to_fit();
         true
     }
 
@@ -154,6 +183,7 @@ impl Transport<'_> {
         let sequence = Sequence::new(self.sampler, self.seed, vertex, Stream::Hemisphere, self.rays);
         let basis = frame(first.shading_normal);
         let (sample_ends, mut block) = (block_ends_of(self.rays), 0);
+        let has_textures = self.scene.has_reflectance_textures();
         for index in 0..self.rays {
             if index % RAYS_PER_LOOK == 0 && is_cancelled() {
                 return false;
@@ -180,6 +210,9 @@ impl Transport<'_> {
             if self.reflects(hit.triangle) {
                 let (element, barycentric) = self.targets.locate(hit.triangle, hit.barycentric);
                 chunk.entries.push(RowEntry { element, barycentric: quantised(barycentric) });
+                if has_textures {
+                    chunk.tints.push(Tint::new(self.scene.texture_color(hit.triangle, hit.barycentric)));
+                }
                 run.entries += 1;
             }
         }
@@ -210,15 +243,13 @@ impl Transport<'_> {
     pub fn squared_errors(&self, chunk: &RowChunk, outgoing: &Outgoing, mut receive: impl FnMut(usize, Vec3)) {
         let mut start = 0;
         for (index, (&(end, _), blocks)) in chunk.rows.iter().zip(&chunk.blocks).enumerate() {
-            let row = &chunk.entries[start..end as usize];
-            start = end as usize;
-            let mut from = 0;
+            let mut from = start;
             let means = blocks.map(|(end, rays)| {
-                let entries = &row[from..end as usize];
-                from = end as usize;
-                let sum: Vec3A = entries.iter().map(|entry| self.radiosity(entry, outgoing)).sum();
-                (Vec3::from(sum), rays)
+                let entries = from..start + end as usize;
+                from = entries.end;
+                (outgoing.sum(chunk, entries), rays)
             });
+            start = end as usize;
             receive(index, squared_error(means));
         }
     }
@@ -243,43 +274,36 @@ impl Transport<'_> {
     /// The light that leaves every element when this irradiance [W/m²] arrives at the targets' vertices.
     pub fn outgoing(&self, irradiance: &[Vec3]) -> Outgoing {
         let Tessellation { mesh, scene_triangle, .. } = self.targets;
-        let material = |element: usize| self.scene.material(scene_triangle[element]);
-        let is_textured = |element: usize| material(element).reflectance_texture.is_some();
         let at = |(element, corners): (usize, &[u32; 3])| {
-            let known = if is_textured(element) { Vec3::ONE } else { material(element).reflectance };
-            corners.map(|vertex| Vec3A::from(known * irradiance[vertex as usize]))
+            let reflectance = self.scene.material(scene_triangle[element]).reflectance;
+            corners.map(|vertex| Vec3A::from(reflectance * irradiance[vertex as usize]))
         };
-        let any = self.scene.materials.iter().any(|material| material.reflectance_texture.is_some());
-        let count = if any { mesh.triangles.len() } else { 0 };
-        Outgoing {
-            corners: mesh.triangles.par_iter().enumerate().with_min_len(1024).map(at).collect(),
-            textured: (0..count).into_par_iter().with_min_len(1024).map(is_textured).collect(),
-        }
+        Outgoing { corners: mesh.triangles.par_iter().enumerate().with_min_len(1024).map(at).collect() }
     }
 
     /// One bounce: irradiance [W/m²] at each vertex of a chunk from what leaves the elements (eq. 4).
     pub fn apply(&self, chunk: &RowChunk, outgoing: &Outgoing, mut receive: impl FnMut(usize, Vec3)) {
         let mut start = 0;
         for (index, &(end, rays)) in chunk.rows.iter().enumerate() {
-            let entries = &chunk.entries[start..end as usize];
+            let sum = outgoing.sum(chunk, start..end as usize);
             start = end as usize;
-            let sum: Vec3A = entries.iter().map(|entry| self.radiosity(entry, outgoing)).sum();
-            receive(index, if rays == 0 { Vec3::ZERO } else { Vec3::from(sum) / rays as f32 });
+            receive(index, if rays == 0 { Vec3::ZERO } else { sum / rays as f32 });
         }
     }
+}
 
-    /// B = ρ E at what a ray met (eq. 4), E by barycentric interpolation.
+impl Outgoing {
+    /// The sum of B = ρ E at what some rays of a chunk met (eq. 4), E by barycentric interpolation.
     #[inline]
-    fn radiosity(&self, entry: &RowEntry, outgoing: &Outgoing) -> Vec3A {
-        let element = entry.element as usize;
-        let barycentric = entry.place();
-        let between = interpolate(outgoing.corners[element], barycentric);
-        if outgoing.textured.get(element) != Some(&true) {
-            return between;
-        }
-        let [a, b, c] = self.targets.corner_barycentrics[element];
-        let place = a + barycentric.x * (b - a) + barycentric.y * (c - a);
-        Vec3A::from(self.scene.reflectance(self.targets.scene_triangle[element], place)) * between
+    fn sum(&self, chunk: &RowChunk, rays: std::ops::Range<usize>) -> Vec3 {
+        let at = |entry: &RowEntry| interpolate(self.corners[entry.element as usize], entry.place());
+        let entries = chunk.entries[rays.clone()].iter();
+        let sum: Vec3A = if chunk.tints.is_empty() {
+            entries.map(at).sum()
+        } else {
+            entries.zip(&chunk.tints[rays]).map(|(entry, tint)| tint.color() * at(entry)).sum()
+        };
+        sum.into()
     }
 }
 
@@ -317,7 +341,7 @@ pub(super) fn squared_error(blocks: [(Vec3, u32); BLOCKS]) -> Vec3 {
 }
 
 /// Takes buried origins, their runs, and their entries from `start` on, out of a row.
-fn drop_buried(entries: &mut Vec<RowEntry>, start: usize, origins: &mut Vec<SurfacePoint>, runs: &mut Vec<Run>) {
+fn drop_buried(chunk: &mut RowChunk, start: usize, origins: &mut Vec<SurfacePoint>, runs: &mut Vec<Run>) {
     if !runs.iter().any(Run::is_buried) {
         return;
     }
@@ -325,12 +349,16 @@ fn drop_buried(entries: &mut Vec<RowEntry>, start: usize, origins: &mut Vec<Surf
     for run in runs.iter() {
         let next = read + run.entries as usize;
         if !run.is_buried() {
-            entries.copy_within(read..next, write);
+            chunk.entries.copy_within(read..next, write);
+            if !chunk.tints.is_empty() {
+                chunk.tints.copy_within(read..next, write);
+            }
             write += run.entries as usize;
         }
         read = next;
     }
-    entries.truncate(write);
+    chunk.entries.truncate(write);
+    chunk.tints.truncate(write);
     let mut index = 0;
     origins.retain(|_| {
         index += 1;

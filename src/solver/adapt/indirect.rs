@@ -16,7 +16,7 @@ use crate::{
     scene::tessellate::Refinement,
     solver::{buried::fill_buried, monitor::Stage},
     trace::SurfacePoint,
-    transport::{RowChunk, VertexOrigins},
+    transport::{RowChunk, VertexOrigins, bytes_per_ray},
 };
 
 /// Gather rays that one task traces.
@@ -165,7 +165,8 @@ impl<'a> IndirectElements<'a> {
         let vertices: Vec<u32> = (first as u32..self.sources.tessellation.mesh.positions.len() as u32).collect();
         self.rounds.begin(vertices.len() as u64);
         let budget = u64::from(problem.settings.row_memory) << 20;
-        let fits = |vertex: u32| 8 * (u64::from(vertex) + 1) * u64::from(problem.settings.rays) <= budget;
+        let bytes = bytes_per_ray(&problem.scene) as u64;
+        let fits = |vertex: u32| bytes * (u64::from(vertex) + 1) * u64::from(problem.settings.rays) <= budget;
         let traced: Vec<_> = vertices
             .par_chunks(per_task)
             .map(|vertices| {
