@@ -20,7 +20,7 @@ use crate::{
     },
     files::{self, loaded_scene, loaded_scene::LoadedScene, truth_comparison},
     scene::{Scene, inspect},
-    solver::Solution,
+    solver::{Solution, SolveSettings},
     student::FUNCTIONS,
 };
 
@@ -42,7 +42,8 @@ pub struct OpenedScene {
 /// One line: what, where, what to do.
 pub fn open_scene(path: &Path, state: Option<&Path>) -> anyhow::Result<OpenedScene> {
     let (state, warnings) = loaded_scene::read_state(path, state)?;
-    let options = state.load.clone().unwrap_or_default();
+    let follows_light = state.settings.as_ref().is_none_or(SolveSettings::follows_light);
+    let options = state.load.clone().unwrap_or_default().merging_flat(follows_light);
     prepare(LoadedScene::load(path, state, options)?, warnings)
 }
 

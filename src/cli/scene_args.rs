@@ -12,7 +12,7 @@ pub use crate::files::loaded_scene::LoadedScene;
 use crate::{
     files::loaded_scene,
     scene::{LoadOptions, area_light::AreaLightState},
-    solver::SolveSettings,
+    solver::{SolveSettings, State},
 };
 
 /// Which scene.
@@ -49,8 +49,36 @@ pub struct LightArgs {
 impl SceneArgs {
     /// Reads state and scene. Warnings go to standard error.
     pub fn load(&self, matches: &ArgMatches) -> anyhow::Result<LoadedScene> {
+        self.load_with(matches, |_, options| Ok(options))
+    }
+
+    /// The same, with flat neighbours merged if the options do not say otherwise.
+    pub fn load_merged(&self, matches: &ArgMatches) -> anyhow::Result<LoadedScene> {
+        self.load_with(matches, |_, options| Ok(options.merging_flat(true)))
+    }
+
+    /// Reads state, settings and scene; if nothing says whether flat neighbours are merged, they are where elements follow
+    /// the light.
+    pub fn load_for_solve(
+        &self,
+        flags: &SolveSettings,
+        matches: &ArgMatches,
+    ) -> anyhow::Result<(LoadedScene, SolveSettings)> {
+        let mut settings = SolveSettings::default();
+        let loaded = self.load_with(matches, |state, options| {
+            settings = solve_settings(state.settings.clone(), flags, matches)?;
+            Ok(options.merging_flat(settings.follows_light()))
+        })?;
+        Ok((loaded, settings))
+    }
+
+    fn load_with(
+        &self,
+        matches: &ArgMatches,
+        choose: impl FnOnce(&State, LoadOptions) -> anyhow::Result<LoadOptions>,
+    ) -> anyhow::Result<LoadedScene> {
         let (state, warnings) = loaded_scene::read_state(&self.scene, self.state.as_deref())?;
-        let options = overlay(state.load.clone(), &self.load, matches)?;
+        let options = choose(&state, overlay(state.load.clone(), &self.load, matches)?)?;
         let loaded = LoadedScene::load(&self.scene, state, options)?;
         print_warnings(&warnings);
         let path = loaded.path.display();
@@ -118,7 +146,7 @@ pub fn overlay<T: Clone + Serialize + DeserializeOwned>(
 }
 
 /// The settings of a solve: flags over the state's. Who says on the command line how finely to cut wants even elements.
-pub fn solve_settings(
+fn solve_settings(
     saved: Option<SolveSettings>,
     flags: &SolveSettings,
     matches: &ArgMatches,

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::{
     Outcome, files, only_vertex,
     progress::Progress,
-    scene_args::{LightArgs, LoadedScene, SceneArgs, solve_settings},
+    scene_args::{LightArgs, LoadedScene, SceneArgs},
 };
 use crate::{
     scene::{Tessellation, area_light::AreaLightState},
@@ -96,8 +96,7 @@ pub fn run(args: &SolveArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
     if args.output.is_none() && !args.json && args.only_vertex.is_none() {
         eprintln!("note: the solution will not be saved; give -o FILE to save it");
     }
-    let loaded = args.scene.load(matches)?;
-    let settings = solve_settings(loaded.state.settings.clone(), &args.settings, matches)?;
+    let (loaded, settings) = args.scene.load_for_solve(&args.settings, matches)?;
     let light = args.light.over(loaded.state.light)?;
     if let Some(vertex) = args.only_vertex {
         return only_vertex::run(&loaded, light, settings, vertex, args.bounce);

@@ -2,10 +2,12 @@
 //!
 //! In order: bytes to text (`source`), text to lines that hold nothing unusable (`clean`), parsing and cutting
 //! polygons (`obj`, `polygon`), materials and textures (`mtl`, `textures`), repair (`repair`, `weld`), shading
-//! normals (`normals`), and last the mesh in local units (`build`). Up to there all geometry is in f64.
+//! normals (`normals`), and last the mesh in local units (`build`), flat neighbours merged (`merge`). Up to there all
+//! geometry is in f64.
 
 mod build;
 mod clean;
+mod merge;
 mod mtl;
 mod normals;
 mod obj;

@@ -19,6 +19,11 @@ pub struct LoadOptions {
     /// Join positions nearer than this fraction of the scene's size.
     #[arg(long, value_name = "FRACTION")]
     pub weld: Option<f32>,
+    /// Take flat neighbours of one material, whose texture goes straight on, as one surface, so that a finely cut wall
+    /// costs no more than a whole one; `false` keeps all faces as they come. Without it, flat neighbours are merged where
+    /// elements follow the light.
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    pub merge_flat: Option<bool>,
     /// Scale the scene so that its largest side is 1 m.
     #[arg(long)]
     pub unit_size: bool,
@@ -42,6 +47,7 @@ impl Default for LoadOptions {
             flip: false,
             crease_angle: None,
             weld: None,
+            merge_flat: None,
             unit_size: false,
             two_sided: false,
             reflectance_limit: 0.95,
@@ -52,6 +58,12 @@ impl Default for LoadOptions {
 }
 
 impl LoadOptions {
+    /// The options for a solve, if they do not say themselves whether flat neighbours are merged: `by_default`.
+    #[must_use]
+    pub fn merging_flat(self, by_default: bool) -> Self {
+        Self { merge_flat: Some(self.merge_flat.unwrap_or(by_default)), ..self }
+    }
+
     /// What is wrong with the options, if anything: a value out of its range.
     pub fn problem(&self) -> Option<String> {
         let outside = |value: f32, low: f32, high: f32| !(low..=high).contains(&value);

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec2, Vec3};
 
+use super::merge::{Faces, ShadedCorners, merge_flat};
 use super::normals::corner_normals;
 use super::obj::{Corner, Soup, Triangle};
 use super::{repair, weld};
@@ -14,9 +15,6 @@ const SMALLEST_SIZE: f64 = 1e-15;
 
 /// More triangles do not fit 32-bit numbers when each gets a second side.
 const MOST_TRIANGLES: usize = 1 << 29;
-
-/// A triangle's corners: index of the position, and unit shading normal.
-type ShadedCorners = [(u32, Vec3); 3];
 
 /// Puts triangles with area into local units, drops what repeats or vanishes there, and gives them normals.
 pub(super) fn build(
@@ -68,7 +66,8 @@ fn has_local_area(triangle: &Triangle, positions: &[Vec3]) -> bool {
     scaled_normal != Vec3::ZERO && scaled_normal.is_finite()
 }
 
-/// Numbers the vertices (position and normal) in the order in which triangles use them, and adds the second sides.
+/// Merges flat neighbours, numbers the vertices (position and normal) in the order in which triangles use them, and adds
+/// the second sides.
 fn assemble(soup: &Soup, positions: &[Vec3], normals: &[[DVec3; 3]], options: &LoadOptions) -> Mesh {
     let turn = |[a, b, c]: ShadedCorners| [a, c, b].map(|(id, normal)| (id, Vec3::ZERO - normal));
     let front = soup.triangles.iter().zip(normals).map(|(triangle, normals)| {
@@ -76,13 +75,19 @@ fn assemble(soup: &Soup, positions: &[Vec3], normals: &[[DVec3; 3]], options: &L
         let corners = [0, 1, 2].map(corner);
         if options.flip { turn(corners) } else { corners }
     });
-    let mut sides: Vec<ShadedCorners> = front.collect();
-    let mut material_indices: Vec<u32> = soup.triangles.iter().map(|triangle| triangle.material).collect();
-    let mut texcoords: Vec<[Vec2; 3]> = Vec::new();
+    let mut faces = Faces {
+        corners: front.collect(),
+        materials: soup.triangles.iter().map(|triangle| triangle.material).collect(),
+        texcoords: Vec::new(),
+    };
     if soup.has_texcoords {
         let swap = |[a, b, c]: [Vec2; 3]| if options.flip { [a, c, b] } else { [a, b, c] };
-        texcoords.extend(soup.triangles.iter().map(|triangle| swap(corner_texcoords(soup, &triangle.corners))));
+        faces.texcoords.extend(soup.triangles.iter().map(|triangle| swap(corner_texcoords(soup, &triangle.corners))));
     }
+    if options.merge_flat == Some(true) {
+        merge_flat(&mut faces, positions);
+    }
+    let Faces { corners: mut sides, materials: mut material_indices, mut texcoords } = faces;
     if options.two_sided {
         let count = sides.len();
         sides.extend_from_within(..);
