@@ -45,6 +45,7 @@ fn take_pictures(name: &str, window: &mut Harness<'_, App>, moments: &[f32]) {
         }
         wait_for(window, |app| app.lightmap.job.as_ref().is_none_or(|job| job.rests()));
         println!("{name} {number}: {}", window.state().lightmap.status);
+        window.run_steps(100); // large meshes are drawn in parts, one a frame
         let picture = window.render().unwrap();
         picture.save(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{number}.png"))).unwrap();
     }
@@ -57,6 +58,8 @@ fn solve_slowly(window: &mut Harness<'_, App>) {
 }
 
 const LARGE: [f32; 2] = [1500.0, 640.0];
+/// All of the panel is seen.
+const TALL: [f32; 2] = [1400.0, 1800.0];
 
 #[test]
 #[ignore = "pictures, not a test: cargo test --test app_lightmap_pictures -- --ignored --nocapture cornell"]
@@ -75,9 +78,9 @@ fn pictures_of_the_atrium() {
     let folder = tempfile::tempdir().unwrap();
     let mut window = window_of(Path::new("scenes/atrium/atrium.obj"), folder.path(), LARGE, 1.0);
     let settings = &mut window.state_mut().document.edit.settings;
-    (settings.rays, settings.subdivide, settings.bounces) = (256, 0, None);
+    (settings.rays, settings.subdivide, settings.adaptive, settings.bounces) = (256, 0, 0.0, None);
     window.state_mut().lightmap.map.texels = 100_000;
-    take_pictures("atrium", &mut window, &[0.5, 0.2, 0.05]);
+    take_pictures("atrium", &mut window, &[0.5, 0.05, 0.005]);
 }
 
 #[test]
@@ -108,8 +111,8 @@ fn pictures_of_sponza() {
         };
         app.camera = FlyCamera::new(&camera, &app.elements().scene.clone());
         let settings = &mut app.document.edit.settings;
-        (settings.rays, settings.subdivide, settings.bounces) = (64, 0, None);
-        app.lightmap.map.texels = 250_000;
+        (settings.rays, settings.subdivide, settings.adaptive, settings.bounces) = (256, 0, 0.0, None);
+        app.lightmap.map.texels = 60_000;
         app.document.edit.tone_map.exposure = -3.0;
     }
     take_pictures("sponza", &mut window, &[0.5, 0.2, 0.05]);
@@ -119,7 +122,7 @@ fn pictures_of_sponza() {
 #[ignore = "pictures, not a test: cargo test --test app_lightmap_pictures -- --ignored --nocapture panel"]
 fn pictures_of_the_panel() {
     let folder = tempfile::tempdir().unwrap();
-    let mut window = window_of(Path::new("cornell"), folder.path(), LARGE, 1.0);
+    let mut window = window_of(Path::new("cornell"), folder.path(), TALL, 1.0);
     {
         let app = window.state_mut();
         (app.layout.plots, app.layout.to_front) = (false, Some(Pane::Lightmap));

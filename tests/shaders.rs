@@ -106,7 +106,7 @@ fn uniforms_have_the_same_layout_in_rust_and_in_the_shader() {
         false_colors);
     assert_eq!(wgsl_layout("frame.wgsl", "FrameUniforms"), frame);
     let picture = rust_layout!(PictureUniforms: place, exposure_scale, inverse_gamma, page, mode, outlines,
-        codes_itself, spare);
+        codes_itself, part);
     assert_eq!(wgsl_layout("map_picture.wgsl", "PictureUniforms"), picture);
     let material = rust_layout!(MaterialUniforms: reflectance, opacity, emitted_radiance, largest_texel);
     assert_eq!(wgsl_layout("mesh_view.wgsl", "MaterialUniforms"), material);

@@ -72,7 +72,7 @@ pub struct ShownMap {
     pub hemicubes: wgpu::TextureView,
     /// Items of the groups' hemispheres, if there are any.
     pub items: Option<wgpu::TextureView>,
-    /// Columns and rows of that.
+    /// Columns and rows that are shown of either.
     pub hemicubes_size: [u32; 2],
 }
 

@@ -229,11 +229,11 @@ impl LightmapPanel {
             }
         });
         ui.horizontal_wrapped(|ui| {
-            let tooltip = "Depth of the hemicubes that shot last: top, then four sides; white is near";
+            let tooltip = "Depth of the first hemicubes that shot last: top, then four sides; white is near";
             ui.selectable_value(&mut self.picture, Picture::Page, "Map").on_hover_text("A page of the lightmap");
             ui.selectable_value(&mut self.picture, Picture::Hemicubes, "Hemicubes").on_hover_text(tooltip);
             if shown.items.is_some() {
-                let tooltip = "Triangles that the hemispheres which shot last show, each in a colour of its own";
+                let tooltip = "Triangles that the first hemispheres which shot last show, each in a colour of its own";
                 ui.selectable_value(&mut self.picture, Picture::Items, "Items").on_hover_text(tooltip);
             }
             ui.checkbox(&mut self.outlines, "Outlines").on_hover_text("Of the charts");
@@ -244,8 +244,12 @@ impl LightmapPanel {
             }
         });
         let (size, pictured) = match (self.picture, &shown.items) {
-            (Picture::Items, Some(items)) => (shown.hemicubes_size, Pictured::Items(items.clone())),
-            (Picture::Hemicubes, _) => (shown.hemicubes_size, Pictured::Hemicubes(shown.hemicubes.clone())),
+            (Picture::Items, Some(items)) => {
+                (shown.hemicubes_size, Pictured::Items(items.clone(), shown.hemicubes_size))
+            }
+            (Picture::Hemicubes, _) => {
+                (shown.hemicubes_size, Pictured::Hemicubes(shown.hemicubes.clone(), shown.hemicubes_size))
+            }
             _ => (
                 shown.page_size,
                 Pictured::Page {

@@ -26,8 +26,8 @@ pub struct PictureUniforms {
     pub outlines: u32,
     /// 1 if the window codes linear values by itself.
     pub codes_itself: u32,
-    /// Not used.
-    pub spare: [u32; 2],
+    /// Columns and rows that are shown of hemicubes and hemispheres.
+    pub part: [u32; 2],
 }
 
 /// What a picture shows.
@@ -44,10 +44,10 @@ pub enum Pictured {
         /// The charts' outlines over it.
         outlines: bool,
     },
-    /// Depth of hemicubes ([`super::lightmap::GpuSolver::hemicube_depth`]).
-    Hemicubes(wgpu::TextureView),
-    /// Items of hemispheres ([`super::lightmap::GpuSolver::item_buffer`]).
-    Items(wgpu::TextureView),
+    /// Depth of hemicubes ([`super::lightmap::GpuSolver::hemicube_depth`]), and the columns and rows that are shown.
+    Hemicubes(wgpu::TextureView, [u32; 2]),
+    /// Items of hemispheres ([`super::lightmap::GpuSolver::item_buffer`]), likewise.
+    Items(wgpu::TextureView, [u32; 2]),
 }
 
 /// A picture on its way to the window.
@@ -109,8 +109,14 @@ impl MapPicture {
                 (uniforms.mode, uniforms.outlines) = (u32::from(!is_light), u32::from(*outlines));
                 (&self.page, 1, pages.as_entire_binding())
             }
-            Pictured::Hemicubes(depth) => (&self.depth, 2, wgpu::BindingResource::TextureView(depth)),
-            Pictured::Items(items) => (&self.items, 3, wgpu::BindingResource::TextureView(items)),
+            Pictured::Hemicubes(depth, part) => {
+                uniforms.part = *part;
+                (&self.depth, 2, wgpu::BindingResource::TextureView(depth))
+            }
+            Pictured::Items(items, part) => {
+                uniforms.part = *part;
+                (&self.items, 3, wgpu::BindingResource::TextureView(items))
+            }
         };
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -12,7 +12,8 @@ struct PictureUniforms {
     outlines: u32,
     // 1: the window codes linear values by itself.
     codes_itself: u32,
-    spare: vec2u,
+    // Columns and rows that are shown of hemicubes and hemispheres.
+    part: vec2u,
 }
 
 // As `Pages` in lightmap/pages.wgsl.
@@ -79,7 +80,7 @@ fn page(@builtin(position) position: vec4f) -> @location(0) vec4f {
 
 @fragment
 fn depth(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let place = vec2u(point(position) * vec2f(textureDimensions(hemicubes)));
+    let place = vec2u(point(position) * vec2f(picture.part));
     let stored = textureLoad(hemicubes, place, 0).x;
     if stored <= 0.0 {
         return shown(vec3f(0.1, 0.1, 0.25));
@@ -91,7 +92,7 @@ fn depth(@builtin(position) position: vec4f) -> @location(0) vec4f {
 // A colour for every triangle; neighbours in the list differ.
 @fragment
 fn items(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let place = vec2u(point(position) * vec2f(textureDimensions(item_numbers)));
+    let place = vec2u(point(position) * vec2f(picture.part));
     let item = textureLoad(item_numbers, place, 0).x;
     if item == 0u {
         return shown(vec3f(0.1, 0.1, 0.25));

@@ -28,6 +28,9 @@ pub struct TexelFields {
     pub total: Vec<Vec3>,
 }
 
+/// Hemicubes that a picture of them shows: a whole batch's would be too small.
+const TILES_TO_SHOW: u32 = 4;
+
 impl GpuSolver {
     /// How much there is to do.
     pub fn size(&self) -> SolveSize {
@@ -61,9 +64,13 @@ impl GpuSolver {
         &self.pages.pages
     }
 
-    /// Depth of the last batch's hemicubes, lights apart, for whoever shows it; and its size in pixels.
+    /// Depth of the last batch's hemicubes, lights apart, for whoever shows it; and the columns and rows of the first few.
     pub fn hemicube_depth(&self) -> (&wgpu::TextureView, [u32; 2]) {
-        (&self.hemicubes.pass.depth, self.hemicubes.pass.layout.size())
+        let pass = &self.hemicubes.pass;
+        let tiles = self.usual_batch().min(TILES_TO_SHOW).min(pass.layout.tiles_per_row);
+        let resolution = pass.layout.resolution;
+        let rows = if pass.hemispheres.is_some() { resolution } else { 3 * resolution };
+        (&pass.depth, [tiles * resolution, rows])
     }
 
     /// Items of the last batch's hemispheres, lights apart, if it has them: numbers of triangles + 1.

@@ -258,19 +258,26 @@ impl GpuSolver {
     /// As many shooters as were asked for; else so many that one choice pays, and few enough that they stay the
     /// brightest.
     fn begin_batch(&mut self) {
-        const USUAL: u32 = 32;
         let lamps_left = self.patches.lamps.len() as u32 - self.lamps_done;
-        let group_count = self.patches.leaves().count() as u32;
         self.from_lamps = lamps_left > 0;
-        let (most, usual) = match self.from_lamps {
-            true => (lamps_left.min(self.light_hemicubes.pass.layout.slots), MOST_SLOTS),
-            false => (group_count.min(self.hemicubes.pass.layout.slots), USUAL.min(group_count / 32)),
-        };
-        let wanted = if self.settings.batch == 0 { usual } else { self.settings.batch };
-        self.batch = Batch::new(wanted.clamp(1, most));
+        self.batch = Batch::new(match self.from_lamps {
+            true => {
+                let wanted = if self.settings.batch == 0 { MOST_SLOTS } else { self.settings.batch };
+                wanted.clamp(1, lamps_left.min(self.light_hemicubes.pass.layout.slots))
+            }
+            false => self.usual_batch(),
+        });
         if self.from_lamps {
             self.lamps_done += self.batch.slots;
         }
+    }
+
+    /// Groups of a batch.
+    pub(super) fn usual_batch(&self) -> u32 {
+        const USUAL: u32 = 32;
+        let group_count = self.patches.leaves().count() as u32;
+        let wanted = if self.settings.batch == 0 { USUAL.min(group_count / 32) } else { self.settings.batch };
+        wanted.clamp(1, group_count.min(self.hemicubes.pass.layout.slots).max(1))
     }
 
     fn set(&self) -> &HemicubeSet {
