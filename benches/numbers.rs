@@ -113,8 +113,9 @@ fn direct() {
         for vertex in 0..1000_u32 {
             let place = glam::Vec2::new((vertex % 25) as f32 / 50.0, (vertex / 25) as f32 / 80.0);
             let point = SurfacePoint::new(&scene, floor[vertex as usize % floor.len()], place);
-            let found =
-                context.irradiance(vertex, &[point], &[], &mut Scratch::default(), &mut ShadowRays::default()).0;
+            let found = context
+                .at_vertex(vertex, &[point], &[], &mut Scratch::default(), &mut ShadowRays::default())
+                .irradiance();
             let exact = radiosity::check::closed_form::polygon_irradiance(
                 point.origin,
                 point.shading_normal,

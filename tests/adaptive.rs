@@ -38,7 +38,7 @@ fn cornell(settings: SolveSettings) -> Problem {
 fn by_default_fewer_elements_and_rays_err_less_than_even_ones() {
     let Some(case) = case("cornell", "cornell/cornell.obj", 1) else { return };
     let problem = problem(&case.scene, case.light, SolveSettings::default());
-    let Solved { solution, report, tessellation } = solve_with_elements(&problem);
+    let Solved { solution, report, tessellation, .. } = solve_with_elements(&problem);
     assert!(solution.buried.len() < 12_000, "{} vertices", solution.buried.len());
     assert!(report.gather_rays < 2_000_000 && report.shadow_rays == 0, "{} rays", report.gather_rays);
     let tracer = Tracer::new(Arc::clone(&case.scene));
@@ -110,7 +110,7 @@ fn lamp_in_a_room() -> Arc<Scene> {
 fn rows_beyond_the_budget_are_traced_again_to_the_same_bits() {
     let settings = to_error(0.1, 64);
     let kept = solve_unwatched(&cornell(settings.clone()));
-    let traced_again = solve_unwatched(&cornell(SolveSettings { row_memory: 0, ..settings }));
+    let traced_again = solve_unwatched(&cornell(SolveSettings { row_memory: Some(0), ..settings }));
     assert!(kept.1.row_bytes > 0 && traced_again.1.row_bytes == 0);
     let bounces = kept.0.bounces.len() as u64;
     assert_eq!(traced_again.1.gather_rays, bounces * kept.1.gather_rays);

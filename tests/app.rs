@@ -136,6 +136,7 @@ fn keys_fly_dragging_looks_and_the_wheel_sets_the_speed() {
 fn space_places_the_light_and_the_change_waits_for_enter() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut window) = window(folder.path()) else { return };
+    window.state_mut().layout.relight_live = false;
     solve(&mut window);
     let first = window.state().results.as_ref().unwrap().total.clone();
     press(&mut window, Key::Space);
@@ -261,6 +262,7 @@ fn the_light_is_moved_and_turned_by_its_handles() {
 fn a_changed_reflectance_shows_at_once_and_is_solved_at_the_next_enter() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut window) = window(folder.path()) else { return };
+    window.state_mut().layout.relight_live = false;
     solve(&mut window);
     let first = window.state().results.as_ref().unwrap().total.clone();
     let before = window.render().unwrap();

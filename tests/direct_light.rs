@@ -41,7 +41,7 @@ fn direct_at(
         is_cancelled: &|| false,
     };
     let mut rays = ShadowRays::default();
-    (context.irradiance_at(point, &mut Scratch::default(), &mut rays).0, rays)
+    (context.at_point(point, &mut Scratch::default(), &mut rays).irradiance(), rays)
 }
 
 /// The largest difference between both methods over `count` points, relative to the largest irradiance.

@@ -222,7 +222,7 @@ fn the_cornell_box_that_comes_cut_costs_and_errs_as_the_whole_one_does() {
         &LoadOptions::default().merging_flat(true),
     );
     let problem = common::problem(&Arc::new(scene.unwrap()), case.light, SolveSettings::default());
-    let Solved { solution, report, tessellation } = common::solve_with_elements(&problem);
+    let Solved { solution, report, tessellation, .. } = common::solve_with_elements(&problem);
     assert!(solution.buried.len() < 12_000 && report.gather_rays < 2_000_000, "{} vertices", solution.buried.len());
     let tracer = Tracer::new(Arc::clone(&problem.scene));
     let field = Reconstructor::new(&problem.scene, &tracer, &tessellation, &solution, Reconstruction::PointDirect);

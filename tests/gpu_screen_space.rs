@@ -85,7 +85,7 @@ fn direct_light_agrees_with_rays_within_5_percent_on_the_cornell_box() {
         for (hit, value) in hits.iter().zip(&fields.direct) {
             let Some(hit) = hit else { continue };
             let point = SurfacePoint::new(&scene, hit.triangle, hit.barycentric);
-            truth.push(context.irradiance_at(&point, &mut Scratch::default(), &mut ShadowRays::default()).0);
+            truth.push(context.at_point(&point, &mut Scratch::default(), &mut ShadowRays::default()).irradiance());
             estimate.push(*value);
         }
         let error = relative_l2(&estimate, &truth);

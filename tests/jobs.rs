@@ -38,7 +38,7 @@ fn one_two_and_seven_threads_give_the_same_bits_with_every_sampler() {
 #[test]
 fn rows_that_do_not_fit_the_budget_are_traced_again_to_the_same_bits() {
     let kept = solve_unwatched(&cornell(small()));
-    let traced_again = solve_unwatched(&cornell(SolveSettings { row_memory: 0, ..small() }));
+    let traced_again = solve_unwatched(&cornell(SolveSettings { row_memory: Some(0), ..small() }));
     assert!(kept.1.row_bytes > 0 && traced_again.1.row_bytes == 0);
     assert!(traced_again.1.gather_rays == 4 * kept.1.gather_rays);
     assert_eq!(kept.0.bounces, traced_again.0.bounces);

@@ -14,7 +14,7 @@ use radiosity::{
 };
 
 /// A solution with the standard error that was told at each vertex.
-fn solve(sampler: Sampler, seed: u64, row_memory: u32) -> (Solution, Arc<Vec<f32>>) {
+fn solve(sampler: Sampler, seed: u64, row_memory: Option<u32>) -> (Solution, Arc<Vec<f32>>) {
     let settings = SolveSettings {
         rays: 64,
         light_rays: 64,
@@ -41,7 +41,7 @@ fn solve(sampler: Sampler, seed: u64, row_memory: u32) -> (Solution, Arc<Vec<f32
 /// seeds, which is the error itself (of a mean over bands, as it is told).
 fn told_and_true(sampler: Sampler) -> [f64; 2] {
     const SEEDS: u64 = 8;
-    let solved: Vec<_> = (1..=SEEDS).map(|seed| solve(sampler, seed, 2048)).collect();
+    let solved: Vec<_> = (1..=SEEDS).map(|seed| solve(sampler, seed, None)).collect();
     let totals: Vec<_> = solved.iter().map(|(solution, _)| solution.total()).collect();
     let (mut told, mut scatter) = (0.0, 0.0);
     for vertex in (0..totals[0].len()).filter(|&vertex| !solved[0].0.buried[vertex]) {

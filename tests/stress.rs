@@ -48,7 +48,7 @@ prop_compose! {
         sampled in any::<bool>(),
         sampler in prop::sample::select(vec![Sampler::Random, Sampler::Stratified, Sampler::Sobol]),
         bounces in prop::option::of(0_u32..5),
-        row_memory in prop::sample::select(vec![0_u32, 2048]),
+        row_memory in prop::sample::select(vec![Some(0_u32), None]),
     ) -> SolveSettings {
         let direct = if sampled { DirectMethod::Sampled } else { DirectMethod::Analytic };
         SolveSettings { rays, light_rays, subdivide, adaptive, direct, sampler, bounces, row_memory, max_vertices: 2000, ..SolveSettings::default() }

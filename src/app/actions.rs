@@ -81,7 +81,10 @@ impl App {
             Command::CopyView => self.copy_view(),
             Command::PasteView(text) => self.paste_view(&text),
             Command::ResetCamera => self.camera = FlyCamera::new(&self.document.loaded.camera, &self.elements().scene),
-            Command::KeepForComparison => self.other = self.results.clone(),
+            Command::KeepForComparison => {
+                self.other = self.results.clone();
+                self.other.iter_mut().for_each(Results::forget_rows);
+            }
             Command::Screenshot => self.screenshot(),
             Command::Check(task) => {
                 self.assignment.running = true;
@@ -166,6 +169,13 @@ impl App {
                     let begun = Results::begun(elements, total, solving.input.clone());
                     self.results = Some(Results { progress, ..begun });
                 }
+                #[cfg(feature = "reference")]
+                SolveEvent::Relit { elements, solution, report } => {
+                    let input = solving.input.clone();
+                    self.results =
+                        self.results.as_ref().map(|known| known.lit_again(elements, solution, report, input));
+                    ended = true;
+                }
                 SolveEvent::Failed(problem) => {
                     self.notices.say(Level::Error, problem);
                     ended = true;
@@ -226,6 +236,8 @@ impl App {
         self.layout.ambient = false;
         self.playing_since = None;
         self.frame_times.solve_begins();
+        // The new solve needs the memory.
+        self.results.iter_mut().for_each(Results::forget_rows);
         // The solve that ran before is cancelled by being dropped.
         // Asked for at once, egui draws twice.
         let wake = move || context.request_repaint_after(Duration::from_millis(1));
@@ -276,7 +288,7 @@ impl App {
     pub(super) fn update_title(&mut self) {
         let solved = self.results.as_ref().and_then(|results| results.solution.as_ref());
         let stands = match solved {
-            _ if self.solving.is_some() => ", solving",
+            _ if self.status().running => ", solving",
             Some(solution) if solution.info.complete => ", solved",
             Some(_) => ", cancelled",
             None => "",

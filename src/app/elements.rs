@@ -5,6 +5,8 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::solving::SolveInput;
+#[cfg(feature = "reference")]
+use crate::scene::Material;
 use crate::{
     gpu::ViewGeometry,
     scene::{LoadOptions, Scene, Tessellation},
@@ -91,6 +93,16 @@ impl Elements {
             }
         }
         Arc::new(resampled)
+    }
+
+    /// The same elements in a scene of these materials.
+    #[cfg(feature = "reference")]
+    pub(super) fn with_materials(&self, materials: &[Material]) -> Self {
+        if self.scene.materials == materials {
+            return self.clone();
+        }
+        let scene = Arc::new(Scene { materials: materials.to_vec(), ..Scene::clone(&self.scene) });
+        Self { scene, ..self.clone() }
     }
 
     /// The same scene, cut otherwise.

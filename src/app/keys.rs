@@ -40,8 +40,9 @@ pub const HELP: [(&str, &str); 30] = [
 ];
 
 /// The rule for changes while a solve runs, as the help says it.
-pub const RULE: &str = "Changes of the light, a material or a setting wait for the next ENTER; \
-a solve that runs is not disturbed. Views and tone map change at once.";
+pub const RULE: &str = "Changes of the light, a material or a setting wait for the next ENTER; a solve that runs is not \
+disturbed. But once a solve is complete, its rays are kept: while “Relight live” is on, changes of the light and of \
+materials light them again at once, on the elements of the last ENTER. Views and tone map change at once.";
 
 const PLAIN: [(Key, Command); 16] = [
     (Key::Enter, Command::Solve),

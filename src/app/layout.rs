@@ -42,6 +42,8 @@ pub struct Layout {
     pub antialias: bool,
     /// The first and the second view.
     pub views: [ViewSettings; 2],
+    /// Changes of light and materials light the rows of a complete solve again at once.
+    pub relight_live: bool,
     /// How the screen-space view is drawn.
     pub screen: ScreenSettings,
 }
@@ -57,6 +59,7 @@ impl Default for Layout {
             plots: true,
             help: false,
             frame_times: false,
+            relight_live: true,
             second_view: false,
             divider: 0.5,
             ambient: true,

@@ -34,6 +34,7 @@ mod panel_view;
 pub mod panes;
 pub mod picked;
 mod plots;
+mod relighting;
 pub mod results;
 mod saving;
 mod screen_actions;
@@ -128,6 +129,9 @@ pub struct App {
     /// The window was opened anew after a loss.
     is_attached_again: bool,
     solving: Option<Solving>,
+    /// What the kept rows cannot be lit by: it waits for ENTER.
+    #[cfg(feature = "reference")]
+    refused: Option<solving::SolveInput>,
     loader: Loader,
     undoer: Undoer<Edit>,
     /// When the playback of the bounces began.
@@ -173,6 +177,8 @@ impl App {
             is_lost: false,
             is_attached_again: false,
             solving: None,
+            #[cfg(feature = "reference")]
+            refused: None,
             loader: Loader::new(creation.egui_ctx.clone()),
             undoer: Undoer::default(),
             playing_since: None,
@@ -189,10 +195,15 @@ impl App {
         let solved = self.solving.as_ref().map(|solving| &solving.input);
         let solved = solved.or(self.results.as_ref().map(|results| &results.input));
         SolveStatus {
-            running: self.solving.is_some(),
+            running: self.solving.is_some() && !self.relights(),
             paused: self.solving.as_ref().is_some_and(Solving::is_paused),
-            changed: solved.is_some_and(|input| *input != self.document.edit.solve_input()),
+            changed: solved.is_some_and(|input| *input != self.document.edit.solve_input()) && !self.relights(),
         }
+    }
+
+    /// True while kept rows are lit again.
+    fn relights(&self) -> bool {
+        self.solving.as_ref().is_some_and(|solving| solving.relights)
     }
 
     /// True while a solve has not yet traced all vertices.
@@ -313,6 +324,7 @@ impl eframe::App for App {
         for command in commands {
             self.fulfil(command);
         }
+        self.relight_if_changed();
         self.update_title();
         self.undoer.feed_state(context.input(|input| input.time), &self.document.edit);
         self.frame_times.end_stage(3);

@@ -74,8 +74,16 @@ fn summary_ui(ui: &mut Ui, results: &Results) {
             let emitted = report.energy.emitted.element_sum().max(1e-30);
             let absorbed: f64 = report.energy.bounces.iter().map(|bounce| bounce.absorbed.element_sum()).sum();
             line("Absorbed", format!("{:.2} % of {emitted:.3} W", 100.0 * absorbed / emitted));
+            line("Ended", report.ended_by.to_string());
         }
     });
+    if let Some(report) = &results.report {
+        egui::CollapsingHeader::new("Skipped").show(ui, |ui| {
+            for line in report.skipped() {
+                ui.label(line);
+            }
+        });
+    }
 }
 
 /// The errors against a truth.

@@ -6,6 +6,9 @@ use egui::{DragValue, Slider, Ui};
 use super::controls::{choice_row, optional_row, row, rows};
 use crate::solver::{Engine, SolveSettings};
 
+/// Row memory to begin with where it is limited, in MiB.
+const USUAL_ROW_MEMORY: u32 = 2048;
+
 /// What the panel has to know of the solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SolveStatus {
@@ -70,11 +73,18 @@ pub fn ui(ui: &mut Ui, settings: &mut SolveSettings) {
         if row(ui, "Unabsorbed", &help("unabsorbed"), unabsorbed).changed() {
             settings.unabsorbed = 0.01 * percent;
         }
+        if settings.engine == Engine::Reference {
+            choice_row(ui, "Iteration", &help("iteration"), &mut settings.iteration);
+        }
         choice_row(ui, "Sampler", &help("sampler"), &mut settings.sampler);
         row(ui, "Seed", &help("seed"), DragValue::new(&mut settings.seed));
         elements_ui(ui, settings);
-        let memory = Slider::new(&mut settings.row_memory, 0..=65536).logarithmic(true).suffix(" MiB");
-        row(ui, "Row memory", &help("row_memory"), memory);
+        let mut limited = settings.row_memory.is_some();
+        optional_row(ui, "Row memory", &help("row_memory"), &mut limited, |ui, label| {
+            let memory = settings.row_memory.get_or_insert(USUAL_ROW_MEMORY);
+            ui.add(Slider::new(memory, 0..=65536).logarithmic(true).suffix(" MiB")).labelled_by(label);
+        });
+        settings.row_memory = settings.row_memory.or(limited.then_some(USUAL_ROW_MEMORY)).filter(|_| limited);
     });
     if ui.button("Reset settings").on_hover_text("Back to the program's own settings").clicked() {
         *settings = SolveSettings::default();

@@ -8,6 +8,8 @@ use super::{
     elements::Elements,
     solving::{SolveEvent, SolveInput},
 };
+#[cfg(feature = "reference")]
+use crate::solver::Kept;
 use crate::{
     files::truth_comparison::TruthComparison,
     math::ratio_or_zero,
@@ -52,6 +54,11 @@ pub struct Results {
     pub buried: Option<Arc<Vec<bool>>>,
     /// What the solve did, once it has ended.
     pub report: Option<Box<SolveReport>>,
+    /// The rows of the solve, to be lit again.
+    #[cfg(feature = "reference")]
+    pub kept: Option<Arc<Kept>>,
+    /// The rows were lit again since the solve: the elements follow an earlier light.
+    pub relit: bool,
 }
 
 /// A comparison with a truth, as the window shows it.
@@ -103,6 +110,9 @@ impl Results {
             solution: None,
             buried: None,
             report: None,
+            #[cfg(feature = "reference")]
+            kept: None,
+            relit: false,
         }
     }
 
@@ -119,6 +129,29 @@ impl Results {
         Self { bounces, buried, solution: Some(solution), ..Self::begun(elements, total, input) }
     }
 
+    /// The same rows under another light.
+    #[cfg(feature = "reference")]
+    pub fn lit_again(
+        &self,
+        elements: Elements,
+        solution: Arc<Solution>,
+        report: Box<SolveReport>,
+        input: SolveInput,
+    ) -> Self {
+        let total = Arc::new(solution.total());
+        let powers = report.energy.bounces.clone();
+        let relit = Self::of_solution(elements, solution, total);
+        Self { input, powers, report: Some(report), kept: self.kept.clone(), relit: true, ..relit }
+    }
+
+    /// Gives the rows' memory back.
+    pub fn forget_rows(&mut self) {
+        #[cfg(feature = "reference")]
+        {
+            self.kept = None;
+        }
+    }
+
     /// Takes in what a solve tells.
     pub fn take(&mut self, event: SolveEvent) {
         match event {
@@ -129,19 +162,35 @@ impl Results {
                 // All that leaves the lights either arrives or escapes.
                 let emitted = self.powers[0].arriving + self.powers[0].escaped;
                 self.missing.push([seconds, missing_part(&self.powers)]);
-                self.history.push([seconds, Ledger { emitted, bounces: self.powers.clone() }.unabsorbed()]);
+                self.history.push([
+                    seconds,
+                    Ledger { emitted, bounces: self.powers.clone(), iteration: self.input.settings.iteration_in_use() }
+                        .unabsorbed(),
+                ]);
             }
             SolveEvent::SamplingError { field, relative } => {
                 self.sampling_error = Some(field);
                 self.relative_sampling_error = Some(relative);
             }
-            SolveEvent::Finished { solution, total, report } => {
+            SolveEvent::Finished {
+                solution,
+                total,
+                report,
+                #[cfg(feature = "reference")]
+                kept,
+            } => {
                 self.powers.clone_from(&report.energy.bounces);
                 self.total = total;
                 self.buried = Some(Arc::new(solution.buried.clone()));
                 self.solution = Some(solution);
                 self.report = Some(report);
+                #[cfg(feature = "reference")]
+                {
+                    self.kept = kept;
+                }
             }
+            #[cfg(feature = "reference")]
+            SolveEvent::Relit { .. } => {}
             SolveEvent::Elements(..) | SolveEvent::Remark(_) | SolveEvent::Fault(_) | SolveEvent::Failed(_) => {}
         }
     }

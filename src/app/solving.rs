@@ -16,6 +16,8 @@ use super::{
     elements::{Elements, elements_for},
     fill_unknown::fill_unknown,
 };
+#[cfg(feature = "reference")]
+use crate::solver::Kept;
 use crate::{
     math::ratio_or_zero,
     scene::{Material, Tessellation, area_light::AreaLightState},
@@ -76,6 +78,19 @@ pub enum SolveEvent {
         total: Arc<Vec<Vec3>>,
         /// What it did.
         report: Box<SolveReport>,
+        /// Its rows, to be lit again.
+        #[cfg(feature = "reference")]
+        kept: Option<Arc<Kept>>,
+    },
+    /// The rows of the solution that is shown were lit again: all of it at once.
+    #[cfg(feature = "reference")]
+    Relit {
+        /// The elements, in the scene with its materials as they are now.
+        elements: Elements,
+        /// The solution.
+        solution: Arc<Solution>,
+        /// What it did.
+        report: Box<SolveReport>,
     },
     /// It could not be done; one line.
     Failed(String),
@@ -101,6 +116,8 @@ struct Shared {
 pub struct Solving {
     /// What it was started with.
     pub input: SolveInput,
+    /// It lights kept rows again: what is shown stays until it is done.
+    pub relights: bool,
     events: mpsc::Receiver<SolveEvent>,
     shared: Arc<Shared>,
 }
@@ -117,21 +134,40 @@ impl Solving {
         input: SolveInput,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
+        Self::spawn(base, input, false, move |work| {
+            work.run(&made_with, &wake);
+            wake();
+        })
+    }
+
+    /// Starts lighting the kept rows of `base` again.
+    ///
+    /// # Errors
+    /// If no thread can be made.
+    #[cfg(feature = "reference")]
+    pub fn relight(
+        base: Elements,
+        kept: Arc<Kept>,
+        input: SolveInput,
+        wake: impl Fn() + Send + 'static,
+    ) -> std::io::Result<Self> {
+        Self::spawn(base, input, true, move |work| {
+            work.relight(kept, &wake);
+            wake();
+        })
+    }
+
+    fn spawn(
+        base: Elements,
+        input: SolveInput,
+        relights: bool,
+        run: impl FnOnce(Work) + Send + 'static,
+    ) -> std::io::Result<Self> {
         let (sender, events) = mpsc::channel();
         let shared = Arc::new(Shared::default());
-        let work = Work {
-            started: Instant::now(),
-            base,
-            made_with,
-            input: input.clone(),
-            shared: Arc::clone(&shared),
-            sender,
-        };
-        std::thread::Builder::new().name(String::from("solve watcher")).spawn(move || {
-            work.run(&wake);
-            wake();
-        })?;
-        Ok(Self { input, events, shared })
+        let work = Work { started: Instant::now(), base, input: input.clone(), shared: Arc::clone(&shared), sender };
+        std::thread::Builder::new().name(String::from("solve watcher")).spawn(move || run(work))?;
+        Ok(Self { input, relights, events, shared })
     }
 
     /// News since the last call.
@@ -191,15 +227,14 @@ fn with_holes(mut field: Vec<Vec3>, holes: &[u32]) -> Vec<Vec3> {
 struct Work {
     started: Instant,
     base: Elements,
-    made_with: SolveSettings,
     input: SolveInput,
     shared: Arc<Shared>,
     sender: mpsc::Sender<SolveEvent>,
 }
 
 impl Work {
-    fn run(self, wake: &impl Fn()) {
-        let started = elements_for(&self.base, &self.made_with, &self.input).and_then(|elements| {
+    fn run(self, made_with: &SolveSettings, wake: &impl Fn()) {
+        let started = elements_for(&self.base, made_with, &self.input).and_then(|elements| {
             let problem = elements.problem(&self.input);
             let darkness = vec![Vec3::ZERO; elements.tessellation.mesh.positions.len()];
             self.send(SolveEvent::Elements(elements.clone(), Arc::new(darkness)));
@@ -211,13 +246,35 @@ impl Work {
             Ok((job?, elements))
         });
         match started.and_then(|(job, elements)| self.watch(job, elements, wake)) {
-            Ok(finished) => self.send(finished),
+            Ok(solved) => {
+                let Solved { solution, report, .. } = solved;
+                self.send(SolveEvent::Finished {
+                    total: Arc::new(with_holes(solution.total(), &report.holes)),
+                    solution: Arc::new(solution),
+                    report: Box::new(report),
+                    #[cfg(feature = "reference")]
+                    kept: solved.kept,
+                });
+            }
+            Err(problem) => self.send(SolveEvent::Failed(problem)),
+        }
+    }
+
+    #[cfg(feature = "reference")]
+    fn relight(self, kept: Arc<Kept>, wake: &impl Fn()) {
+        let elements = self.base.with_materials(&self.input.materials);
+        let job = Job::relight(kept, Arc::clone(&elements.scene), self.input.light, 0);
+        let job = job.map_err(|error| format!("the solver's threads could not be started: {error}"));
+        match job.and_then(|job| self.watch(job, elements.clone(), wake)) {
+            Ok(Solved { solution, report, .. }) => {
+                self.send(SolveEvent::Relit { elements, solution: Arc::new(solution), report: Box::new(report) });
+            }
             Err(problem) => self.send(SolveEvent::Failed(problem)),
         }
     }
 
     /// Passes on what the job tells, until it has ended.
-    fn watch(&self, job: Job, mut elements: Elements, wake: &impl Fn()) -> Result<SolveEvent, String> {
+    fn watch(&self, job: Job, mut elements: Elements, wake: &impl Fn()) -> Result<Solved, String> {
         let mut last_live = Instant::now();
         while !job.is_finished() {
             self.pass_on_wishes(job.monitor());
@@ -225,8 +282,10 @@ impl Work {
                 self.forward(&job, &mut elements, message)?;
             }
             if last_live.elapsed() >= Duration::from_millis(self.shared.live_interval.load(Relaxed)) {
-                let (tessellation, field) = self.live_view(&job, &elements);
-                *locked(&self.shared.live) = Some((tessellation, field));
+                let (view, is_known) = self.live_view(&job, &elements);
+                if is_known {
+                    *locked(&self.shared.live) = Some(view);
+                }
                 last_live = Instant::now();
                 wake();
             }
@@ -235,12 +294,7 @@ impl Work {
             self.forward(&job, &mut elements, message)?;
         }
         let panicked = || String::from("the solver stopped by an error of its own; please report it");
-        let Solved { solution, report, .. } = job.finish().ok_or_else(panicked)?;
-        Ok(SolveEvent::Finished {
-            total: Arc::new(with_holes(solution.total(), &report.holes)),
-            solution: Arc::new(solution),
-            report: Box::new(report),
-        })
+        job.finish().ok_or_else(panicked)
     }
 
     fn pass_on_wishes(&self, monitor: &Monitor) {
@@ -256,15 +310,17 @@ impl Work {
         }
     }
 
-    fn live_view(&self, job: &Job, elements: &Elements) -> LiveView {
+    /// What is known now, and whether anything is.
+    fn live_view(&self, job: &Job, elements: &Elements) -> (LiveView, bool) {
         let LiveField { tessellation, total: mut field, known } = job.monitor().live();
+        let is_known = known.contains(&true);
         // A student sees each vertex come in.
         if self.input.settings.engine == Engine::Reference {
             let is_drawn = Arc::ptr_eq(&tessellation, &elements.tessellation);
             let coarse = elements.geometry.coarse.as_ref().filter(|_| is_drawn);
             fill_unknown(&mut field, known, &tessellation.mesh.triangles, coarse);
         }
-        (tessellation, Arc::new(field))
+        ((tessellation, Arc::new(field)), is_known)
     }
 
     fn forward(&self, job: &Job, elements: &mut Elements, message: Message) -> Result<(), String> {
@@ -277,7 +333,7 @@ impl Work {
                 if !Arc::ptr_eq(&tessellation, &elements.tessellation) {
                     *elements = elements.cut_as(&tessellation)?;
                 }
-                let (shown, field) = self.live_view(job, elements);
+                let ((shown, field), _) = self.live_view(job, elements);
                 if !Arc::ptr_eq(&tessellation, &shown) {
                     return Ok(());
                 }

@@ -47,6 +47,11 @@ fn solve_ui(ui: &mut Ui, status: &Status<'_>) {
     let report = status.results.and_then(|results| results.report.as_ref());
     if !status.solve.running {
         let text = match (report, status.results) {
+            (Some(report), Some(results)) if results.relit => format!(
+                "Relit in {:.0} ms, {:.2} % unabsorbed; ENTER lets the elements follow the light again",
+                1e3 * report.seconds,
+                100.0 * report.unabsorbed
+            ),
             (Some(report), Some(results)) => {
                 let complete = results.solution.as_ref().is_some_and(|solution| solution.info.complete);
                 let how = if complete { "Solved" } else { "Cancelled" };
@@ -66,10 +71,8 @@ fn solve_ui(ui: &mut Ui, status: &Status<'_>) {
         return;
     };
     let stage = match progress.stage {
-        Stage::FollowingDirect => String::from("following direct light"),
-        Stage::FollowingIndirect => String::from("following indirect light"),
-        Stage::Tracing => String::from("tracing"),
         Stage::Bouncing => format!("bounce {}", progress.bounce),
+        stage => stage.to_string(),
     };
     let stage = if status.solve.paused { format!("{stage}, waiting") } else { stage };
     ui.add(ProgressBar::new(progress.fraction).desired_width(180.0).text(stage));

@@ -23,6 +23,8 @@ pub(super) fn ui(ui: &mut Ui, status: SolveStatus, layout: &mut Layout) -> Optio
         let pause = if status.paused { "Go on" } else { "Pause" };
         button(status.running, pause, "P: let the solve wait, or go on", Command::PauseOrResume);
         button(true, "Step", "N: one bounce more, then wait", Command::Step);
+        #[cfg(feature = "reference")]
+        ui.checkbox(&mut layout.relight_live, "Relight live").on_hover_text(super::relighting::RELIGHT_LIVE);
         if status.changed {
             ui.colored_label(Level::Warning.colour(), "Settings changed: ENTER to restart");
         }

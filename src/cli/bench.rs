@@ -182,7 +182,7 @@ fn line(
     let problem = Problem::new(scene, tracer.clone(), loaded.load.clone(), light, settings.clone());
     let problem = problem.map_err(anyhow::Error::msg)?;
     let seconds_tree_and_elements = started.elapsed().as_secs_f64();
-    let Solved { solution, report, tessellation } = solve(&problem, &Monitor::new(&problem.tessellation, None));
+    let Solved { solution, report, tessellation, .. } = solve(&problem, &Monitor::new(&problem.tessellation, None));
     let seconds = started.elapsed().as_secs_f64();
     let lit = |reconstruction| -> anyhow::Result<PartErrors> {
         let field = Reconstructor::new(&loaded.scene, &*tracer, &tessellation, &solution, reconstruction);

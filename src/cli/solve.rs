@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     scene::{Tessellation, area_light::AreaLightState},
-    solver::{self, Job, Message, Problem, Solution, SolutionInfo, SolveReport, SolveSettings, Stage},
+    solver::{self, Iteration, Job, Message, Problem, Solution, SolutionInfo, SolveReport, SolveSettings, Stage},
     trace::Tracer,
 };
 
@@ -167,7 +167,7 @@ pub fn solve_with_progress(
     }
     job.messages().for_each(|message| show(&message, &mut progress));
     let solved = job.finish().context("the solver stopped by an error of its own; please report it")?;
-    let solver::Solved { solution, report, tessellation } = solved;
+    let solver::Solved { solution, report, tessellation, .. } = solved;
     progress.finish(if solution.info.complete { "done" } else { "cancelled: what was computed is kept" });
     Ok(Solved { tracer, tessellation, solution, report, build_seconds })
 }
@@ -189,10 +189,8 @@ fn show(message: &Message, progress: &mut Progress) {
     match message {
         Message::Progress(state) => {
             let stage = match state.stage {
-                Stage::FollowingDirect => String::from("following direct light"),
-                Stage::FollowingIndirect => String::from("following indirect light"),
-                Stage::Tracing => String::from("tracing"),
                 Stage::Bouncing => format!("bounce {}", state.bounce),
+                stage => stage.to_string(),
             };
             let text = format!(
                 "{stage}, {:.2} Mrays/s, {:.0} s left, {:.2} % unabsorbed",
@@ -211,6 +209,13 @@ fn show(message: &Message, progress: &mut Progress) {
     }
 }
 
+/// What was not done, as far as there is something.
+fn print_skipped(solve: &SolveReport) {
+    for (number, line) in solve.skipped().into_iter().enumerate() {
+        println!("{}{line}", if number == 0 { "skipped    " } else { "           " });
+    }
+}
+
 /// Prints the summary that a person reads.
 pub fn print_summary(report: &FullReport) {
     let solve = report.solve;
@@ -226,11 +231,16 @@ pub fn print_summary(report: &FullReport) {
             solve.seconds_adapting, solve.seconds_following_direct, solve.gathered_vertices
         );
     }
-    println!("bounces    {} (bounce 0 is direct light), {:.3} % unabsorbed", report.bounces, 100.0 * solve.unabsorbed);
+    let (count, kind) = match solve.energy.iteration {
+        Iteration::Neumann => (report.bounces as u32, "(bounce 0 is direct light)"),
+        _ => (solve.iterations, "sweeps"),
+    };
+    println!("bounces    {count} {kind}, {:.3} % unabsorbed; {}", 100.0 * solve.unabsorbed, solve.ended_by);
     println!(
         "rays       {} gather, {} shadow; {} and {} needed no tracing",
         solve.gather_rays, solve.shadow_rays, solve.gather_rays_skipped, solve.shadow_rays_skipped
     );
+    print_skipped(solve);
     println!(
         "seconds    {:.3} build, {:.3} solve on {} threads ({:.0} % gather, {:.0} % direct; bounces {:.3})",
         report.build_seconds,

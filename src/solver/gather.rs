@@ -1,21 +1,21 @@
 //! The program's own engine for the assignment's method: direct light, then bounces of gathering, `E_{n+1} = T E_n`.
 //!
 //! Every vertex traces its gather rays once, and its direct light from the origins that turned out not to be buried.
-//! Later bounces are sums over the kept rows; rows beyond the memory budget are traced again, to the same bits.
+//! The bounces are then sums over the rows (`solver::kept`).
 
 use std::{sync::Arc, time::Instant};
 
-use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
+    kept::{Context, DirectAtVertices, Kept, KeptRows, Rows, Sources},
     monitor::{Monitor, Stage},
     settings::SolveSettings,
-    solve::{Computed, Problem, SolveReport, bounce_on, fill},
+    solve::{Computed, Problem, SolveReport},
 };
 use crate::transport::{
-    Lights, RowChunk, Transport, VertexOrigins, bytes_per_ray,
-    direct::{DirectContext, ShadowRays},
+    Lights, RowChunk, Transport, bytes_per_ray,
+    direct::{DirectLight, ShadowRays},
     lights::FinderCounts,
     visible_light::Scratch,
 };
@@ -26,20 +26,18 @@ const RAYS_PER_TASK: usize = 1 << 14;
 /// Rays that tell whether a vertex is buried when no bounce is asked for.
 const RAYS_FOR_BURIAL: u32 = 64;
 
-/// Everything that the stages of a solve share.
-struct Solve<'a> {
-    problem: &'a Problem,
-    monitor: &'a Monitor,
-    lights: Lights,
-    origins: VertexOrigins,
+/// Everything that the tasks share.
+struct Tracing<'a> {
+    context: &'a Context<'a>,
+    sources: Arc<Sources>,
+    /// Memory for rows.
+    row_bytes: u64,
 }
 
 /// What one task of the first stage brings home.
 struct Traced {
     rows: RowChunk,
-    direct: Vec<Vec3>,
-    /// Squared standard errors of `direct`.
-    direct_errors: Vec<Vec3>,
+    direct: DirectAtVertices,
     buried: Vec<bool>,
     shadow_rays: ShadowRays,
     gather_seconds: f64,
@@ -47,62 +45,39 @@ struct Traced {
 }
 
 /// Traces and bounces.
-pub(super) fn solve(problem: &Problem, monitor: &Monitor, lights: Lights, report: &mut SolveReport) -> Computed {
-    let solve = Solve { problem, monitor, lights, origins: VertexOrigins::new(&problem.tessellation) };
-    let traced = solve.trace_all();
+pub(super) fn solve(problem: &Problem, monitor: &Monitor, lights: &Lights, report: &mut SolveReport) -> Computed {
+    let settings = &problem.settings;
+    let rays = if settings.bounces == Some(0) { settings.rays.min(RAYS_FOR_BURIAL) } else { settings.rays };
+    let is_cancelled = || monitor.is_cancelled();
+    let finders = FinderCounts { gather: rays, light: settings.light_rays };
+    let context = Context { problem, monitor, lights, finders, is_cancelled: &is_cancelled };
+    let sources = Arc::new(Sources::new(Arc::clone(&problem.tessellation)));
+    let tracing = Tracing { context: &context, sources, row_bytes: settings.row_bytes() };
+    let traced = tracing.trace_all();
     let bounces_started = Instant::now();
     enter_traced(&traced, report);
-    let buried: Vec<bool> = traced.iter().flat_map(|chunk| chunk.buried.iter().copied()).collect();
-    let mut direct: Vec<Vec3> = traced.iter().flat_map(|chunk| chunk.direct.iter().copied()).collect();
-    fill(&problem.tessellation, monitor, &solve.origins, &mut direct, &buried);
-    let direct_errors: Vec<Vec3> = traced.iter().flat_map(|chunk| chunk.direct_errors.iter().copied()).collect();
-    let rows: Vec<RowChunk> = traced.into_iter().map(|chunk| chunk.rows).collect();
-    let bounces =
-        bounce_on(problem, &problem.tessellation, monitor, &solve.lights, direct, report, |bounces, report| {
-            let mut next = solve.next_bounce(&bounces[bounces.len() - 1], &rows, report);
-            fill(&problem.tessellation, monitor, &solve.origins, &mut next, &buried);
-            next
-        });
-    if monitor.is_watched() && !monitor.is_cancelled() {
-        monitor.announce_sampling_error(solve.sampling_error(&bounces, &rows, direct_errors));
-    }
+    let kept = tracing.keep(traced);
+    kept.rows().enter(&problem.scene, report);
+    monitor.set_live(&kept.direct_field());
+    let computed = kept.solve(&context, report);
     report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
-    Computed { bounces, buried, tessellation: Arc::clone(&problem.tessellation) }
+    computed
 }
 
-impl Solve<'_> {
+impl Tracing<'_> {
     fn settings(&self) -> &SolveSettings {
-        &self.problem.settings
+        &self.context.problem.settings
     }
 
     fn vertex_count(&self) -> usize {
-        self.problem.tessellation.mesh.positions.len()
+        self.sources.tessellation.mesh.positions.len()
     }
 
     /// True if traced rows fit the memory budget, and will be used.
     fn keeps_rows(&self) -> bool {
-        let bytes =
-            bytes_per_ray(&self.problem.scene) as f64 * self.vertex_count() as f64 * f64::from(self.settings().rays);
-        self.settings().bounces != Some(0) && bytes <= f64::from(self.settings().row_memory) * 1024.0 * 1024.0
-    }
-
-    fn transport(&self, rays: u32) -> Transport<'_> {
-        Transport {
-            scene: &self.problem.scene,
-            tracer: &*self.problem.tracer,
-            tessellation: &self.problem.tessellation,
-            targets: &self.problem.tessellation,
-            origins: &self.origins,
-            lights: &self.lights,
-            finders: self.finders(rays),
-            sampler: self.settings().sampler,
-            seed: self.settings().seed,
-            rays,
-        }
-    }
-
-    fn finders(&self, rays: u32) -> FinderCounts {
-        FinderCounts { gather: rays, light: self.settings().light_rays }
+        let bytes_per_ray = bytes_per_ray(&self.context.problem.scene) as f64;
+        let bytes = bytes_per_ray * self.vertex_count() as f64 * f64::from(self.settings().rays);
+        self.settings().bounces != Some(0) && bytes <= self.row_bytes as f64
     }
 
     /// Vertices that one task handles.
@@ -116,19 +91,13 @@ impl Solve<'_> {
         (chunk * size) as u32..end as u32
     }
 
-    /// The first stage: rows, which vertices are buried, and direct light, all in one pass over the vertices.
+    /// Rows, which vertices are buried, and direct light, all in one pass over the vertices.
     fn trace_all(&self) -> Vec<Traced> {
-        let rays = if self.settings().bounces == Some(0) {
-            self.settings().rays.min(RAYS_FOR_BURIAL)
-        } else {
-            self.settings().rays
-        };
-        let work = self.vertex_count() as u64;
-        self.monitor.enter_stage(Stage::Tracing, 0, work, 1.0);
+        self.context.monitor.enter_stage(Stage::Tracing, 0, self.vertex_count() as u64, 1.0);
         let chunk_count = self.vertex_count().div_ceil(self.chunk_size());
         // Neighbours have numbers near each other; taken far apart, a picture is whole long before it is done.
         let order = spread_order(chunk_count);
-        let traced: Vec<Traced> = order.par_iter().map(|&chunk| self.trace_chunk(chunk, rays)).collect();
+        let traced: Vec<Traced> = order.par_iter().map(|&chunk| self.trace_chunk(chunk)).collect();
         let mut in_place: Vec<Option<Traced>> = order.iter().map(|_| None).collect();
         for (chunk, traced) in order.into_iter().zip(traced) {
             in_place[chunk] = Some(traced);
@@ -136,109 +105,63 @@ impl Solve<'_> {
         in_place.into_iter().flatten().collect()
     }
 
-    fn trace_chunk(&self, chunk: usize, rays: u32) -> Traced {
+    fn trace_chunk(&self, chunk: usize) -> Traced {
         let vertices = self.chunk_range(chunk);
         let count = vertices.len();
         let mut traced = Traced {
             rows: RowChunk::default(),
-            direct: Vec::with_capacity(count),
-            direct_errors: Vec::with_capacity(count),
+            direct: DirectAtVertices::default(),
             buried: Vec::with_capacity(count),
             shadow_rays: ShadowRays::default(),
             gather_seconds: 0.0,
             direct_seconds: 0.0,
         };
-        self.monitor.wait_while_paused();
-        if !self.lights.is_empty() && !self.monitor.is_cancelled() {
-            self.trace_vertices(vertices, rays, &mut traced);
+        let Context { monitor, lights, .. } = *self.context;
+        monitor.wait_while_paused();
+        if !lights.is_empty() && !monitor.is_cancelled() {
+            self.trace_vertices(vertices, &mut traced);
         }
         if !self.keeps_rows() {
             traced.rows.forget_rows();
         }
-        self.monitor.advance(count as u64, traced.rows.rays + traced.shadow_rays.traced);
-        traced.direct.resize(count, Vec3::ZERO);
-        traced.direct_errors.resize(count, Vec3::ZERO);
+        monitor.advance(count as u64, traced.rows.rays + traced.shadow_rays.traced);
+        (traced.direct.light.len()..count).for_each(|_| traced.direct.push(DirectLight::default(), &[]));
         traced.buried.resize(count, false);
         traced
     }
 
-    fn trace_vertices(&self, vertices: std::ops::Range<u32>, rays: u32, traced: &mut Traced) {
-        let direct_light = DirectContext {
-            scene: &self.problem.scene,
-            tracer: &*self.problem.tracer,
-            lights: &self.lights,
-            method: self.settings().direct,
-            sampler: self.settings().sampler,
-            seed: self.settings().seed,
-            light_rays: self.settings().light_rays,
-            finders: self.finders(rays),
-            is_cancelled: &|| self.monitor.is_cancelled(),
-        };
+    fn trace_vertices(&self, vertices: std::ops::Range<u32>, traced: &mut Traced) {
+        let Self { context, sources, .. } = self;
+        let transport = context.transport(sources, &sources.tessellation);
+        let transport = Transport { rays: context.finders.gather, ..transport };
+        let direct_light = context.direct();
+        let keeps_rows = self.keeps_rows();
         let started = Instant::now();
         let mut scratch = Scratch::default();
-        let Traced { rows, direct, direct_errors, buried, shadow_rays, direct_seconds, .. } = traced;
-        self.transport(rays).trace(vertices, rows, &|| self.monitor.is_cancelled(), |vertex, usable, found| {
+        let Traced { rows, direct, buried, shadow_rays, direct_seconds, .. } = traced;
+        transport.trace(vertices, rows, context.is_cancelled, |vertex, usable, found| {
             let since = Instant::now();
-            let (irradiance, squared_error) = direct_light.irradiance(vertex, usable, found, &mut scratch, shadow_rays);
-            self.monitor.add_live(vertex as usize, irradiance);
-            direct.push(irradiance);
-            direct_errors.push(squared_error);
-            buried.push(usable.is_empty() && !self.origins.elements_around(vertex).is_empty());
+            let light = direct_light.at_vertex(vertex, usable, found, &mut scratch, shadow_rays);
+            context.monitor.add_live(vertex as usize, light.irradiance());
+            direct.push(light, if keeps_rows { usable } else { &[] });
+            buried.push(usable.is_empty() && !sources.origins.elements_around(vertex).is_empty());
             *direct_seconds += since.elapsed().as_secs_f64();
         });
         traced.gather_seconds = started.elapsed().as_secs_f64() - traced.direct_seconds;
     }
 
-    /// The standard error of the sum of all bounces at each vertex [W/m²], the root of its mean square over the bands:
-    /// that of the samples on the lights, and that of one gather of the light of all bounces. Not in it is light of
-    /// emissive triangles that gather rays found, and the error of what they saw, which is a mean of many others.
-    fn sampling_error(&self, bounces: &[Arc<Vec<Vec3>>], rows: &[RowChunk], direct_errors: Vec<Vec3>) -> Vec<f32> {
-        let mut squared = direct_errors;
-        let mut total = vec![Vec3::ZERO; self.vertex_count()];
-        for bounce in &bounces[..bounces.len() - 1] {
-            total.iter_mut().zip(bounce.iter()).for_each(|(sum, value)| *sum += *value);
+    fn keep(self, traced: Vec<Traced>) -> Kept {
+        let tessellation = Arc::clone(&self.sources.tessellation);
+        let is_kept = self.keeps_rows();
+        let (mut direct, mut buried, mut rows) = (DirectAtVertices::default(), Vec::new(), Vec::new());
+        for (index, chunk) in traced.into_iter().enumerate() {
+            direct.append(&chunk.direct);
+            buried.extend(chunk.buried);
+            let vertices = self.chunk_range(index).collect();
+            rows.push(Rows { vertices, chunk: chunk.rows, kept: is_kept, sources: Arc::clone(&self.sources) });
         }
-        if self.keeps_rows() {
-            let transport = self.transport(self.settings().rays);
-            let total = transport.outgoing(&total);
-            squared.par_chunks_mut(self.chunk_size()).zip(rows).for_each(|(squared, rows)| {
-                transport.squared_errors(rows, &total, |index, error| squared[index] += error);
-            });
-        }
-        squared.into_iter().map(|error| (error.element_sum() / 3.0).sqrt()).collect()
-    }
-
-    /// E_{n+1} = T E_n over the kept rows, or over rows traced anew.
-    fn next_bounce(&self, previous: &[Vec3], rows: &[RowChunk], report: &mut SolveReport) -> Vec<Vec3> {
-        let transport = self.transport(self.settings().rays);
-        let outgoing = transport.outgoing(previous);
-        let chunks: Vec<(Vec<Vec3>, u64)> = rows
-            .par_iter()
-            .enumerate()
-            .map(|(chunk, kept)| {
-                let vertices = self.chunk_range(chunk);
-                let mut irradiance = vec![Vec3::ZERO; vertices.len()];
-                self.monitor.wait_while_paused();
-                let (mut traced, mut rays) = (RowChunk::default(), 0);
-                let kept = if self.keeps_rows() {
-                    kept
-                } else {
-                    transport.trace(vertices.clone(), &mut traced, &|| self.monitor.is_cancelled(), |_, _, _| ());
-                    rays = traced.rays;
-                    &traced
-                };
-                if !self.monitor.is_cancelled() {
-                    transport.apply(kept, &outgoing, |index, value| {
-                        irradiance[index] = value;
-                        self.monitor.add_live(vertices.start as usize + index, value);
-                    });
-                }
-                self.monitor.advance(vertices.len() as u64, rays);
-                (irradiance, rays)
-            })
-            .collect();
-        report.gather_rays += chunks.iter().map(|(_, rays)| rays).sum::<u64>();
-        chunks.into_iter().flat_map(|(irradiance, _)| irradiance).collect()
+        let rows = KeptRows::new(rows, Arc::clone(&tessellation), None, self.vertex_count());
+        Kept::new(self.context.problem, tessellation, (direct, buried), rows, None)
     }
 }
 
@@ -265,10 +188,6 @@ fn enter_traced(traced: &[Traced], report: &mut SolveReport) {
     for chunk in traced {
         report.gather_thread_seconds += chunk.gather_seconds;
         report.direct_thread_seconds += chunk.direct_seconds;
-        report.gather_rays += chunk.rows.rays;
-        report.gather_rays_skipped += chunk.rows.skipped;
-        report.shadow_rays += chunk.shadow_rays.traced;
-        report.shadow_rays_skipped += chunk.shadow_rays.skipped;
-        report.row_bytes += chunk.rows.bytes() as u64;
+        report.enter_shadow_rays(&chunk.shadow_rays);
     }
 }

@@ -9,6 +9,12 @@ use super::{
     monitor::{Message, Monitor},
     solve::{Problem, Solved, solve},
 };
+use crate::scene::Tessellation;
+#[cfg(feature = "reference")]
+use crate::{
+    scene::{Scene, area_light::AreaLightState},
+    solver::Kept,
+};
 
 /// A running solve. Dropping it cancels the solve and waits for its thread.
 pub struct Job {
@@ -20,17 +26,37 @@ pub struct Job {
 impl Job {
     /// Starts solving on `threads` threads (all cores if 0). Fails if the threads cannot be made.
     pub fn start(problem: Problem, threads: usize) -> std::io::Result<Self> {
+        let tessellation = Arc::clone(&problem.tessellation);
+        Self::spawn(&tessellation, threads, move |monitor| solve(&problem, monitor))
+    }
+
+    /// Starts lighting kept rows again, by another light and in a scene of other materials: see [`Kept::relight`].
+    #[cfg(feature = "reference")]
+    pub fn relight(
+        kept: Arc<Kept>,
+        scene: Arc<Scene>,
+        light: Option<AreaLightState>,
+        threads: usize,
+    ) -> std::io::Result<Self> {
+        let tessellation = Arc::clone(kept.tessellation());
+        Self::spawn(&tessellation, threads, move |monitor| kept.relight(&scene, light, monitor))
+    }
+
+    fn spawn(
+        tessellation: &Arc<Tessellation>,
+        threads: usize,
+        work: impl FnOnce(&Monitor) -> Solved + Send + 'static,
+    ) -> std::io::Result<Self> {
         let (sender, messages) = mpsc::channel();
-        let monitor = Arc::new(Monitor::new(&problem.tessellation, Some(sender)));
+        let monitor = Arc::new(Monitor::new(tessellation, Some(sender)));
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|index| format!("solver {index}"))
             .build()
             .map_err(std::io::Error::other)?;
         let watched = Arc::clone(&monitor);
-        let thread = std::thread::Builder::new()
-            .name(String::from("solve"))
-            .spawn(move || pool.install(|| solve(&problem, &watched)))?;
+        let thread =
+            std::thread::Builder::new().name(String::from("solve")).spawn(move || pool.install(|| work(&watched)))?;
         Ok(Self { monitor, messages, thread: Some(thread) })
     }
 

@@ -9,6 +9,8 @@ pub mod form_factors;
 #[cfg(feature = "reference")]
 mod gather;
 pub mod job;
+#[cfg(feature = "reference")]
+pub mod kept;
 pub mod lightmap_solution;
 pub mod monitor;
 pub mod one_vertex;
@@ -22,10 +24,12 @@ pub mod state;
 pub mod student_engine;
 
 pub use job::Job;
+#[cfg(feature = "reference")]
+pub use kept::Kept;
 pub use lightmap_solution::LightmapSolution;
 pub use monitor::{LiveField, Message, Monitor, Progress, Stage};
 pub use reconstruct::{PointIrradiance, Reconstruction, Reconstructor};
-pub use settings::{Engine, SolveSettings};
+pub use settings::{Engine, Iteration, SolveSettings};
 pub use solution::{Solution, SolutionInfo};
-pub use solve::{Problem, SolveReport, Solved, solve, solve_with};
+pub use solve::{EndedBy, Problem, SolveReport, Solved, solve, solve_with};
 pub use state::State;

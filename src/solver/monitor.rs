@@ -1,6 +1,7 @@
 //! What a solve shares with those who watch it: progress, the live field, and the wish to pause or cancel.
 
 use std::{
+    fmt::{self, Display, Formatter},
     sync::{
         Arc, Condvar, Mutex, MutexGuard, PoisonError, RwLock,
         atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed},
@@ -10,6 +11,7 @@ use std::{
 };
 
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::{energy::BouncePower, faults::Fault};
 use crate::scene::Tessellation;
@@ -20,7 +22,7 @@ pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 /// What a solve is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stage {
     /// Cutting elements where direct light bends.
     FollowingDirect,
@@ -30,6 +32,22 @@ pub enum Stage {
     Tracing,
     /// Summing bounces.
     Bouncing,
+}
+
+impl Stage {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::FollowingDirect, Self::FollowingIndirect, Self::Tracing, Self::Bouncing];
+}
+
+impl Display for Stage {
+    fn fmt(&self, formatter: &mut Formatter) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::FollowingDirect => "following direct light",
+            Self::FollowingIndirect => "following indirect light",
+            Self::Tracing => "tracing",
+            Self::Bouncing => "bouncing",
+        })
+    }
 }
 
 /// How far a solve has come.
@@ -91,6 +109,8 @@ pub struct Monitor {
     paused_nanos: AtomicU64,
     last_message: Mutex<Instant>,
     stage: Mutex<StageState>,
+    /// One bit for each stage that was entered.
+    entered: AtomicU32,
     work_done: AtomicU64,
     rays: AtomicU64,
     live: RwLock<Live>,
@@ -139,6 +159,7 @@ impl Monitor {
             paused_nanos: AtomicU64::new(0),
             last_message: Mutex::new(now),
             stage: Mutex::new(stage),
+            entered: AtomicU32::new(0),
             work_done: AtomicU64::new(0),
             rays: AtomicU64::new(0),
             live: RwLock::new(Live::unknown(tessellation)),
@@ -209,7 +230,14 @@ impl Monitor {
     pub(super) fn enter_stage(&self, stage: Stage, bounce: u32, work: u64, unabsorbed: f64) {
         let state = StageState { stage, bounce, work: work.max(1), started: Instant::now(), unabsorbed };
         *locked(&self.stage) = state;
+        self.entered.fetch_or(1 << stage as u32, Relaxed);
         self.work_done.store(0, Relaxed);
+    }
+
+    /// The stages that were not entered.
+    pub(super) fn stages_skipped(&self) -> Vec<Stage> {
+        let entered = self.entered.load(Relaxed);
+        Stage::ALL.into_iter().filter(|&stage| entered & (1 << stage as u32) == 0).collect()
     }
 
     /// Corrects the work of the present stage, as far as it can be told by now.

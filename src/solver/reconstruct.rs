@@ -104,7 +104,7 @@ impl<'a> Reconstructor<'a> {
     #[cfg(feature = "reference")]
     pub fn direct_at(&self, point: &SurfacePoint, scratch: &mut Scratch) -> Vec3 {
         let context = point_context(self.scene, self.tracer, &self.lights, &self.solution.info.settings);
-        context.irradiance_at(point, scratch, &mut ShadowRays::default()).0
+        context.at_point(point, scratch, &mut ShadowRays::default()).irradiance()
     }
 }
 

@@ -17,6 +17,21 @@ pub enum Engine {
     Student,
 }
 
+/// How the bounces are added up. All lead to the same field.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Iteration {
+    /// Bounce by bounce, each kept apart (Neumann's series, Jacobi's iteration).
+    #[default]
+    Neumann,
+    /// By parts of the rows, each seeing what those before it gathered.
+    GaussSeidel,
+    /// The vertices with most unshot power shoot first (Southwell's rule, progressive refinement).
+    Shooting,
+    /// The best combination of a few gathers (GMRES): for bright scenes.
+    Krylov,
+}
+
 /// Everything a solution depends on besides the scene and the light.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
@@ -39,6 +54,10 @@ pub struct SolveSettings {
     /// Stop when this fraction of the emitted power is still unabsorbed.
     #[arg(long, value_name = "FRACTION", default_value_t = SolveSettings::default().unabsorbed)]
     pub unabsorbed: f32,
+    /// How the bounces are added up; others than `neumann` keep direct and indirect light alone, and `--bounces` counts
+    /// their sweeps. The engine `student` always goes bounce by bounce.
+    #[arg(long, value_enum, default_value_t = SolveSettings::default().iteration)]
+    pub iteration: Iteration,
     /// How sample points are placed.
     #[arg(long, value_enum, default_value_t = SolveSettings::default().sampler)]
     pub sampler: Sampler,
@@ -58,9 +77,26 @@ pub struct SolveSettings {
     /// Cut no finer once there are about this many vertices, with `--adaptive`.
     #[arg(long, value_name = "N", default_value_t = SolveSettings::default().max_vertices)]
     pub max_vertices: u32,
-    /// Memory for the traced rows, in MiB; what does not fit is traced again at each bounce, with the same result.
-    #[arg(long, value_name = "MIB", default_value_t = SolveSettings::default().row_memory)]
-    pub row_memory: u32,
+    /// Memory for the traced rows, in MiB; without it, a quarter of the machine's. What does not fit is traced again at
+    /// each bounce, with the same result.
+    #[arg(long, value_name = "MIB")]
+    pub row_memory: Option<u32>,
+}
+
+/// What is taken for the machine's memory where it does not tell.
+#[cfg(feature = "reference")]
+const USUAL_MEMORY: u64 = 8 << 30;
+
+/// Memory of the machine, or of the container that the program runs in, in bytes.
+#[cfg(feature = "reference")]
+fn machine_memory() -> u64 {
+    let Ok(mut system) = sysinfo::System::new() else { return USUAL_MEMORY };
+    system.refresh_memory();
+    let container = system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory);
+    match system.total_memory().min(container) {
+        0 => USUAL_MEMORY,
+        known => known,
+    }
 }
 
 impl Default for SolveSettings {
@@ -73,13 +109,14 @@ impl Default for SolveSettings {
             bounces: None,
             // A bounce costs the program's own engine next to nothing.
             unabsorbed: if cfg!(feature = "reference") { 1e-4 } else { 0.01 },
+            iteration: Iteration::Neumann,
             sampler: Sampler::Sobol,
             seed: 1,
             subdivide: 0,
             max_edge: None,
             adaptive: 0.02,
             max_vertices: 1_000_000,
-            row_memory: 2048,
+            row_memory: None,
         }
     }
 }
@@ -88,6 +125,17 @@ impl SolveSettings {
     /// The defaults, but for elements that are cut evenly.
     pub fn even() -> Self {
         Self { adaptive: 0.0, ..Self::default() }
+    }
+
+    /// Memory for the traced rows, in bytes.
+    #[cfg(feature = "reference")]
+    pub fn row_bytes(&self) -> u64 {
+        self.row_memory.map_or_else(|| machine_memory() / 4, |mebibytes| u64::from(mebibytes) << 20)
+    }
+
+    /// How the engine that is chosen adds the bounces up.
+    pub fn iteration_in_use(&self) -> Iteration {
+        if self.engine == Engine::Student { Iteration::Neumann } else { self.iteration }
     }
 
     /// True if elements are cut where the light bends.

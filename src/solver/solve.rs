@@ -1,18 +1,22 @@
 //! What all engines share: the problem, the report, the bounces' stop rule and the making of the solution.
 
-use std::{sync::Arc, time::Instant};
+use std::{
+    fmt::{self, Display, Formatter},
+    sync::Arc,
+    time::Instant,
+};
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
 #[cfg(feature = "reference")]
-use super::{adapt, gather};
+use super::{adapt, gather, kept::Kept};
 use super::{
     buried::fill_buried,
     energy::{Ledger, VertexWeights},
     faults::Fault,
     monitor::{Monitor, Stage},
-    settings::{Engine, SolveSettings},
+    settings::{Engine, Iteration, SolveSettings},
     solution::{Solution, SolutionInfo},
     student_engine,
 };
@@ -20,7 +24,7 @@ use crate::{
     scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState},
     student::{FUNCTIONS, Functions},
     trace::RayTracer,
-    transport::{Lights, VertexOrigins, lights::Emitters},
+    transport::{Lights, VertexOrigins, lights::Emitters, visible_light::ShadowRays},
 };
 
 /// What is to be solved.
@@ -88,6 +92,8 @@ pub struct SolveReport {
     pub seconds_following_direct: f64,
     /// Vertices whose indirect light was gathered; at all others of elements that follow the light it is interpolated.
     pub gathered_vertices: u64,
+    /// Those others.
+    pub interpolated_vertices: u64,
     /// Gather rays traced.
     pub gather_rays: u64,
     /// Gather rays that needed no tracing.
@@ -96,6 +102,20 @@ pub struct SolveReport {
     pub shadow_rays: u64,
     /// Shadow rays that needed no tracing.
     pub shadow_rays_skipped: u64,
+    /// The same by what was known without them.
+    pub shadow_rays_by_sight: ShadowRays,
+    /// Gather rays that bounces took from kept rows instead of tracing them again.
+    pub gather_rays_reused: u64,
+    /// Why no more bounces or sweeps were run.
+    pub ended_by: EndedBy,
+    /// Bounces that the limit asked for, but that had nothing to reflect.
+    pub bounces_skipped: u32,
+    /// Textures of the scene that no gather ray met.
+    pub textures_untouched: u64,
+    /// What other solves have to do and this one had not.
+    pub stages_skipped: Vec<Stage>,
+    /// Bounces or, of other iterations than Neumann's, sweeps, the last gather included.
+    pub iterations: u32,
     /// Bytes of the kept rows; 0 if they were traced anew at each bounce.
     pub row_bytes: u64,
     /// Vertices that see mostly back faces.
@@ -110,8 +130,36 @@ pub struct SolveReport {
     pub holes: Vec<u32>,
 }
 
+/// Why a solve runs no further bounce.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum EndedBy {
+    /// It was stopped.
+    #[default]
+    Cancelled,
+    /// The settings' limit of bounces.
+    Limit,
+    /// So little is left that the settings allow it.
+    Unabsorbed,
+    /// Nothing reflects what arrived last.
+    NothingReflects,
+    /// Nothing shines.
+    NoLight,
+}
+
+impl Display for EndedBy {
+    fn fmt(&self, formatter: &mut Formatter) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::Cancelled => "stopped",
+            Self::Limit => "as many as asked for",
+            Self::Unabsorbed => "no more: little is left",
+            Self::NothingReflects => "no more: nothing reflects",
+            Self::NoLight => "none: nothing shines",
+        })
+    }
+}
+
 /// What a solve brings home.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Solved {
     /// The solution, whole or as far as it came.
     pub solution: Solution,
@@ -119,10 +167,13 @@ pub struct Solved {
     pub report: SolveReport,
     /// The elements that carry it.
     pub tessellation: Arc<Tessellation>,
+    /// Elements and rows, to be lit again; of a complete solve whose rows fit in memory.
+    #[cfg(feature = "reference")]
+    pub kept: Option<Arc<Kept>>,
 }
 
 /// Without a bounce limit, no more than this many.
-const MOST_BOUNCES: u32 = 1000;
+pub(super) const MOST_BOUNCES: u32 = 1000;
 
 /// What an engine computes.
 pub(super) struct Computed {
@@ -132,6 +183,8 @@ pub(super) struct Computed {
     pub(super) buried: Vec<bool>,
     /// The elements that carry the bounces.
     pub(super) tessellation: Arc<Tessellation>,
+    #[cfg(feature = "reference")]
+    pub(super) kept: Option<Kept>,
 }
 
 /// Solves. A cancelled solve returns what it has, with [`SolutionInfo::complete`] false.
@@ -147,17 +200,11 @@ pub fn solve_with(problem: &Problem, functions: &Functions, monitor: &Monitor) -
     if problem.settings.engine == Engine::Student {
         lights.emitters = Emitters::default();
     }
-    let emitted = lights.emitted_power(scene).as_dvec3() * scene.frame.square_metres_per_unit();
-    let mut report = SolveReport::new(Ledger::new(emitted));
+    let mut report = SolveReport::new(&lights, scene, problem.settings.iteration_in_use());
     let computed = own_engine(problem, monitor, &lights, &mut report);
-    let Computed { bounces, buried, tessellation } =
-        computed.unwrap_or_else(|| student_engine::solve(problem, functions, monitor, &lights, &mut report));
-    report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
-    report.unabsorbed = report.energy.unabsorbed();
-    report.seconds = started.elapsed().as_secs_f64();
-    let bounces = bounces.into_iter().map(Arc::unwrap_or_clone).collect();
-    let info = info(problem, &tessellation, monitor);
-    Solved { solution: Solution { info, bounces, buried, cuts: tessellation.cuts.clone() }, report, tessellation }
+    let computed = computed.unwrap_or_else(|| student_engine::solve(problem, functions, monitor, &lights, &mut report));
+    let info = info(problem, &computed.tessellation, monitor);
+    computed.into_solved(info, report, (monitor, started))
 }
 
 /// What the program's own engine computes, if it is the one that is wanted.
@@ -166,7 +213,7 @@ fn own_engine(problem: &Problem, monitor: &Monitor, lights: &Lights, report: &mu
     match problem.settings.engine {
         Engine::Student => None,
         Engine::Reference if problem.settings.follows_light() => Some(adapt::solve(problem, monitor, lights, report)),
-        Engine::Reference => Some(gather::solve(problem, monitor, lights.clone(), report)),
+        Engine::Reference => Some(gather::solve(problem, monitor, lights, report)),
     }
 }
 
@@ -175,30 +222,67 @@ fn own_engine(_: &Problem, _: &Monitor, _: &Lights, _: &mut SolveReport) -> Opti
     None
 }
 
+impl Computed {
+    /// With what it was computed from, and what was done since `started`.
+    pub(super) fn into_solved(
+        self,
+        info: SolutionInfo,
+        mut report: SolveReport,
+        (monitor, started): (&Monitor, Instant),
+    ) -> Solved {
+        let Self { bounces, buried, tessellation, .. } = self;
+        report.stages_skipped = monitor.stages_skipped();
+        report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
+        report.unabsorbed = report.energy.unabsorbed();
+        report.seconds = started.elapsed().as_secs_f64();
+        let bounces = bounces.into_iter().map(Arc::unwrap_or_clone).collect();
+        #[cfg(feature = "reference")]
+        let kept = self.kept.filter(|_| info.complete).map(|kept| Arc::new(kept.named(&info)));
+        Solved {
+            solution: Solution { info, bounces, buried, cuts: tessellation.cuts.clone() },
+            report,
+            tessellation,
+            #[cfg(feature = "reference")]
+            kept,
+        }
+    }
+}
+
 /// The bounces from direct light on, until the settings' limit or the stop rule. `next_bounce` gets the bounces so far.
 pub(super) fn bounce_on(
     problem: &Problem,
-    tessellation: &Tessellation,
+    weights: &VertexWeights,
     monitor: &Monitor,
     lights: &Lights,
     direct: Vec<Vec3>,
     report: &mut SolveReport,
     mut next_bounce: impl FnMut(&[Arc<Vec<Vec3>>], &mut SolveReport) -> Vec<Vec3>,
 ) -> Vec<Arc<Vec<Vec3>>> {
-    let weights = VertexWeights::new(&problem.scene, tessellation);
-    let work = tessellation.mesh.positions.len() as u64;
+    let work = direct.len() as u64;
     let mut bounces = vec![Arc::new(direct)];
     loop {
         let index = bounces.len() as u32 - 1;
         let last = &bounces[index as usize];
-        report.energy.enter(last, &weights);
+        report.energy.enter(last, weights);
         monitor.announce_bounce(index, last, report.energy.bounces[index as usize]);
         let unabsorbed = report.energy.unabsorbed();
-        let is_done = match problem.settings.bounces {
-            Some(limit) => index >= limit,
-            None => unabsorbed <= f64::from(problem.settings.unabsorbed) || index >= MOST_BOUNCES,
+        // A student's bounces are run all: who writes a function wants to see what it does.
+        let nothing_reflects = problem.settings.engine == Engine::Reference
+            && report.energy.bounces[index as usize].reflected == DVec3::ZERO;
+        let ended_by = match problem.settings.bounces {
+            _ if monitor.is_cancelled() => Some(EndedBy::Cancelled),
+            _ if lights.is_empty() => Some(EndedBy::NoLight),
+            Some(limit) if index >= limit => Some(EndedBy::Limit),
+            limit if nothing_reflects => {
+                report.bounces_skipped = limit.map_or(0, |limit| limit - index);
+                Some(EndedBy::NothingReflects)
+            }
+            None if unabsorbed <= f64::from(problem.settings.unabsorbed) => Some(EndedBy::Unabsorbed),
+            None if index >= MOST_BOUNCES => Some(EndedBy::Limit),
+            _ => None,
         };
-        if is_done || lights.is_empty() || monitor.is_cancelled() {
+        if let Some(ended_by) = ended_by {
+            report.ended_by = ended_by;
             return bounces;
         }
         monitor.pause_if_stepping();
@@ -209,6 +293,7 @@ pub(super) fn bounce_on(
             return bounces; // a bounce that is missing at some vertices would darken the sum: leave it out
         }
         bounces.push(Arc::new(next));
+        report.iterations = index + 1;
     }
 }
 
@@ -226,7 +311,7 @@ pub(super) fn fill(
     }
 }
 
-fn info(problem: &Problem, tessellation: &Tessellation, monitor: &Monitor) -> SolutionInfo {
+pub(super) fn info(problem: &Problem, tessellation: &Tessellation, monitor: &Monitor) -> SolutionInfo {
     SolutionInfo {
         scene_name: problem.scene.name.clone(),
         scene_hash: problem.scene.hash(),
@@ -240,8 +325,50 @@ fn info(problem: &Problem, tessellation: &Tessellation, monitor: &Monitor) -> So
 }
 
 impl SolveReport {
-    fn new(energy: Ledger) -> Self {
+    /// What was not done, a line for each kind that there is.
+    pub fn skipped(&self) -> Vec<String> {
+        let ShadowRays { below_horizon, hidden, partly_seen, fully_seen, .. } = self.shadow_rays_by_sight;
+        let of = |count: u64| 100.0 * count as f64 / self.shadow_rays_skipped.max(1) as f64;
+        let stages: Vec<String> = self.stages_skipped.iter().map(ToString::to_string).collect();
+        let lines = [
+            (
+                self.shadow_rays_skipped,
+                format!(
+                    "{} shadow rays: their light is fully seen ({:.0} %), seen in a known part ({:.0} %), hidden ({:.0} %), \
+                     below the horizon ({:.0} %)",
+                    self.shadow_rays_skipped,
+                    of(fully_seen),
+                    of(partly_seen),
+                    of(hidden),
+                    of(below_horizon)
+                ),
+            ),
+            (self.gather_rays_skipped, format!("{} gather rays into their own surface", self.gather_rays_skipped)),
+            (self.gather_rays_reused, format!("{} gather rays again: kept rows were summed", self.gather_rays_reused)),
+            (
+                self.interpolated_vertices,
+                format!("gathering at {} vertices: the smooth field says it", self.interpolated_vertices),
+            ),
+            (u64::from(self.bounces_skipped), format!("{} bounces: nothing reflects", self.bounces_skipped)),
+            (self.textures_untouched, format!("{} textures that no gather ray met", self.textures_untouched)),
+            (stages.len() as u64, format!("stages: {}", stages.join(", "))),
+        ];
+        lines.into_iter().filter(|(count, _)| *count > 0).map(|(_, line)| line).collect()
+    }
+
+    /// Enters shadow rays that were traced or not.
+    #[cfg(feature = "reference")]
+    pub(super) fn enter_shadow_rays(&mut self, rays: &ShadowRays) {
+        self.shadow_rays += rays.traced;
+        self.shadow_rays_skipped += rays.skipped();
+        self.shadow_rays_by_sight.add(rays);
+    }
+
+    pub(super) fn new(lights: &Lights, scene: &Scene, iteration: Iteration) -> Self {
+        let emitted = lights.emitted_power(scene).as_dvec3() * scene.frame.square_metres_per_unit();
         Self {
+            energy: Ledger::new(emitted, iteration),
+            iterations: 0,
             seconds: 0.0,
             gather_thread_seconds: 0.0,
             direct_thread_seconds: 0.0,
@@ -249,6 +376,13 @@ impl SolveReport {
             seconds_adapting: 0.0,
             seconds_following_direct: 0.0,
             gathered_vertices: 0,
+            interpolated_vertices: 0,
+            shadow_rays_by_sight: ShadowRays::default(),
+            gather_rays_reused: 0,
+            ended_by: EndedBy::default(),
+            bounces_skipped: 0,
+            textures_untouched: 0,
+            stages_skipped: Vec::new(),
             gather_rays: 0,
             gather_rays_skipped: 0,
             shadow_rays: 0,
@@ -256,7 +390,6 @@ impl SolveReport {
             row_bytes: 0,
             buried_vertices: 0,
             unabsorbed: 1.0,
-            energy,
             faults: Vec::new(),
             holes: Vec::new(),
         }

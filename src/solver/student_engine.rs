@@ -16,6 +16,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
+    energy::VertexWeights,
     faults::{self, Fault},
     monitor::{Monitor, Stage, locked},
     solve::{Computed, Problem, SolveReport, bounce_on, fill},
@@ -114,8 +115,9 @@ pub(super) fn solve(
     let mut direct = solve.run(&Pass { pace: solve.pace(), ..direct_pass() }, &usable, &mut holes, report);
     report.direct_thread_seconds = started.elapsed().as_secs_f64() * rayon::current_num_threads() as f64;
     fill(&problem.tessellation, monitor, &solve.origins, &mut direct, &buried);
+    let weights = VertexWeights::new(&problem.scene, &problem.tessellation);
     let bounces_started = Instant::now();
-    let bounces = bounce_on(problem, &problem.tessellation, monitor, lights, direct, report, |bounces, report| {
+    let bounces = bounce_on(problem, &weights, monitor, lights, direct, report, |bounces, report| {
         let fields: Vec<&[Vec3]> = bounces.iter().map(|bounce| bounce.as_slice()).collect();
         let mut next = indirect_pass(&fields, |pass| solve.run(pass, &usable, &mut holes, report));
         fill(&problem.tessellation, monitor, &solve.origins, &mut next, &buried);
@@ -125,7 +127,13 @@ pub(super) fn solve(
     report.gather_thread_seconds = report.bounce_seconds * rayon::current_num_threads() as f64;
     report.faults = solve.faults.into_inner().unwrap_or_else(PoisonError::into_inner);
     report.holes = (0..).zip(&holes).filter_map(|(vertex, is_hole)| is_hole.then_some(vertex)).collect();
-    Computed { bounces, buried, tessellation: Arc::clone(&problem.tessellation) }
+    Computed {
+        bounces,
+        buried,
+        tessellation: Arc::clone(&problem.tessellation),
+        #[cfg(feature = "reference")]
+        kept: None,
+    }
 }
 
 /// Direct light.

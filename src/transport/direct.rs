@@ -5,12 +5,13 @@
 
 use glam::{Vec2, Vec3};
 
+pub use super::visible_light::ShadowRays;
 use super::{
     lights::{DirectMethod, FinderCounts, Lights, area_to_solid_angle},
     origins::samples_of_origin,
     rows::{BLOCKS, block_ends_of, squared_error},
     sampling::{area_light_point, cosine_pdf_solid_angle, triangle_point},
-    visible_light::{PolygonLight, Scratch, visible_irradiance},
+    visible_light::{PolygonLight, Scratch, Seen, Sight, visible_irradiance},
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
@@ -18,13 +19,22 @@ use crate::{
     trace::{NO_TRIANGLE, RayTracer, SurfacePoint, surface::lift},
 };
 
-/// Shadow rays that were traced, and those that a light below the horizon or facing away made needless.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ShadowRays {
-    /// Traced.
-    pub traced: u64,
-    /// Asked for, but known to carry nothing.
-    pub skipped: u64,
+/// Direct light at a vertex or a point.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DirectLight {
+    /// Irradiance from the area light [W/m²].
+    pub area_light: Vec3,
+    /// Irradiance from the emissive triangles [W/m²].
+    pub emitters: Vec3,
+    /// The squared standard error of both together, by the scatter of blocks of samples.
+    pub squared_error: Vec3,
+}
+
+impl DirectLight {
+    /// Irradiance from both [W/m²].
+    pub fn irradiance(&self) -> Vec3 {
+        self.area_light + self.emitters
+    }
 }
 
 /// What direct light is gathered with.
@@ -63,34 +73,33 @@ struct Receiver<'a> {
 }
 
 impl DirectContext<'_> {
-    /// Direct irradiance [W/m²] at a vertex whose rays start from `origins` in turn, and its squared standard error by
-    /// the scatter of blocks of samples; 0 without origins. `found` is the gather rays' share of the light of emissive
-    /// triangles from each origin, or empty.
-    pub fn irradiance(
+    /// Direct light at a vertex whose rays start from `origins` in turn; none without origins. `found` is the gather
+    /// rays' share of the light of emissive triangles from each origin, or empty.
+    pub fn at_vertex(
         &self,
         vertex: u32,
         origins: &[SurfacePoint],
         found: &[Vec3],
         scratch: &mut Scratch,
         rays: &mut ShadowRays,
-    ) -> (Vec3, Vec3) {
+    ) -> DirectLight {
         if origins.is_empty() || self.light_rays == 0 {
-            return (Vec3::ZERO, Vec3::ZERO);
+            return DirectLight::default();
         }
         let ends = block_ends_of(self.light_rays);
         let count = |block: usize| ends[block] - if block == 0 { 0 } else { ends[block - 1] };
         let blocks = std::array::from_fn(|block| (Vec3::ZERO, count(block)));
         let mut receiver = Receiver { vertex, origins, ends, blocks };
-        let irradiance = self.area_light_irradiance(&mut receiver, scratch, rays)
-            + self.emitters_irradiance(&mut receiver, found, scratch, rays);
-        (irradiance, squared_error(receiver.blocks))
+        let area_light = self.area_light_irradiance(&mut receiver, scratch, rays);
+        let emitters = self.emitters_irradiance(&mut receiver, found, scratch, rays);
+        DirectLight { area_light, emitters, squared_error: squared_error(receiver.blocks) }
     }
 
-    /// Direct irradiance [W/m²] at a single point, without the gather rays' share, and its squared standard error.
-    pub fn irradiance_at(&self, point: &SurfacePoint, scratch: &mut Scratch, rays: &mut ShadowRays) -> (Vec3, Vec3) {
+    /// Direct light at a single point, without the gather rays' share.
+    pub fn at_point(&self, point: &SurfacePoint, scratch: &mut Scratch, rays: &mut ShadowRays) -> DirectLight {
         let bits = point.origin.to_array().map(f32::to_bits);
         let key = bits.into_iter().fold(0_u32, |key, word| key.rotate_left(11).wrapping_mul(0x9e37_79b1) ^ word);
-        self.irradiance(key, std::slice::from_ref(point), &[], scratch, rays)
+        self.at_vertex(key, std::slice::from_ref(point), &[], scratch, rays)
     }
 
     fn area_light_irradiance(&self, receiver: &mut Receiver, scratch: &mut Scratch, rays: &mut ShadowRays) -> Vec3 {
@@ -98,7 +107,7 @@ impl DirectContext<'_> {
             return Vec3::ZERO;
         };
         if !receiver.origins.iter().any(|origin| may_shine_on(light, origin)) {
-            rays.skipped += u64::from(self.light_rays);
+            rays.skip(Sight::BelowHorizon, u64::from(self.light_rays));
             return Vec3::ZERO;
         }
         let (normal, area, corners) = (light.normal(), light.area(), light.corners());
@@ -146,16 +155,16 @@ impl DirectContext<'_> {
         receiver: &mut Receiver,
         stream: Stream,
         rays: &mut ShadowRays,
-        mut known: impl FnMut(&SurfacePoint) -> Option<Vec3>,
+        mut known: impl FnMut(&SurfacePoint) -> Option<Seen>,
         mut estimate: impl FnMut(&SurfacePoint, Vec2, &mut ShadowRays) -> Vec3,
     ) -> Vec3 {
         let sequence = Sequence::new(self.sampler, self.seed, receiver.vertex, stream, self.light_rays);
         let mut sum = Vec3::ZERO;
         for (place, origin) in receiver.origins.iter().enumerate() {
             let run = samples_of_origin(place, self.light_rays, receiver.origins.len());
-            if let Some(value) = known(origin) {
-                rays.skipped += u64::from(run.end - run.start);
-                let part = value / receiver.origins.len() as f32;
+            if let Some(seen) = known(origin) {
+                rays.skip(seen.sight, u64::from(run.end - run.start));
+                let part = seen.irradiance / receiver.origins.len() as f32;
                 sum += part;
                 receiver.blocks.iter_mut().for_each(|(sum, count)| *sum += part * *count as f32);
                 continue;
@@ -174,7 +183,7 @@ impl DirectContext<'_> {
     }
 
     /// Irradiance from a polygon light, where it can be known without samples.
-    fn visible(&self, origin: &SurfacePoint, light: &PolygonLight, scratch: &mut Scratch) -> Option<Vec3> {
+    fn visible(&self, origin: &SurfacePoint, light: &PolygonLight, scratch: &mut Scratch) -> Option<Seen> {
         if self.method == DirectMethod::Sampled {
             return None;
         }
@@ -182,8 +191,9 @@ impl DirectContext<'_> {
     }
 
     /// Irradiance from all emissive triangles, where it can be known without samples.
-    fn visible_emitters(&self, origin: &SurfacePoint, triangles: &[u32], scratch: &mut Scratch) -> Option<Vec3> {
-        triangles.iter().try_fold(Vec3::ZERO, |sum, &triangle| {
+    fn visible_emitters(&self, origin: &SurfacePoint, triangles: &[u32], scratch: &mut Scratch) -> Option<Seen> {
+        let none = Seen { irradiance: Vec3::ZERO, sight: Sight::BelowHorizon };
+        triangles.iter().try_fold(none, |sum, &triangle| {
             let corners = self.scene.mesh.corners(triangle);
             let light = PolygonLight {
                 corners: &corners,
@@ -191,7 +201,8 @@ impl DirectContext<'_> {
                 radiance: self.scene.material(triangle).emitted_radiance,
                 triangle,
             };
-            self.visible(origin, &light, scratch).map(|irradiance| sum + irradiance)
+            let seen = self.visible(origin, &light, scratch)?;
+            Some(Seen { irradiance: sum.irradiance + seen.irradiance, sight: sum.sight.max(seen.sight) })
         })
     }
 
@@ -208,7 +219,7 @@ impl DirectContext<'_> {
         let pdf_area = self.lights.emitters.pdf_area(radiance);
         let geometry = geometry_term(from, position, normal);
         if geometry <= 0.0 {
-            rays.skipped += 1;
+            rays.skip(Sight::BelowHorizon, 1);
             return Vec3::ZERO;
         }
         let (direction, distance) = (position - from.origin).normalize_and_length();
@@ -222,11 +233,11 @@ impl DirectContext<'_> {
     fn if_visible(&self, irradiance: Vec3, from: &SurfacePoint, target: Vec3, rays: &mut ShadowRays) -> Vec3 {
         // A product that overflowed is dropped with its ray: no infinity may reach a result.
         if !(irradiance.max_element() > 0.0 && irradiance.is_finite()) {
-            rays.skipped += 1;
+            rays.skip(Sight::BelowHorizon, 1);
             return Vec3::ZERO;
         }
         let Some(ray) = from.ray_to(target) else {
-            rays.skipped += 1;
+            rays.skip(Sight::BelowHorizon, 1);
             return Vec3::ZERO;
         };
         rays.traced += 1;

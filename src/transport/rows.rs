@@ -15,7 +15,7 @@ use super::{
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
-    scene::{Scene, Tessellation, mesh::interpolate},
+    scene::{Scene, Tessellation},
     trace::{Hit, Ray, RayTracer, SurfacePoint},
 };
 
@@ -33,6 +33,14 @@ impl RowEntry {
     fn place(&self) -> Vec2 {
         UVec2::from(self.barycentric.map(u32::from)).as_vec2() / 65535.0
     }
+
+    /// 65535 times what leaves where the ray met the element, but for its texture.
+    #[inline]
+    fn between(&self, outgoing: &Outgoing) -> Vec3A {
+        let [a, b, c] = &outgoing.corners[self.element as usize];
+        let [u, v] = self.barycentric.map(i32::from);
+        *a * (65535 - u - v) as f32 + *b * u as f32 + *c * v as f32
+    }
 }
 
 /// The rows of a run of vertices.
@@ -45,6 +53,8 @@ pub struct RowChunk {
     rows: Vec<(u32, u32)>,
     /// For each vertex and block of samples: where its entries end, counted from the row's start, and its rays.
     blocks: Vec<[(u32, u32); BLOCKS]>,
+    /// Which materials an entry lies on.
+    touched: Vec<bool>,
     /// Rays that were traced for this chunk.
     pub rays: u64,
     /// Rays that needed no tracing: they start into their own surface.
@@ -56,6 +66,11 @@ impl RowChunk {
     pub fn bytes(&self) -> usize {
         let entries = self.entries.capacity() * size_of::<RowEntry>() + self.tints.capacity() * size_of::<Tint>();
         entries + self.rows.capacity() * size_of::<[(u32, u32); BLOCKS + 1]>()
+    }
+
+    /// Which of the scene's materials rays met; none that is black.
+    pub fn touched_materials(&self) -> &[bool] {
+        &self.touched
     }
 
     /// Moves every entry from its element and place to another.
@@ -143,6 +158,7 @@ impl Transport<'_> {
         mut receive: impl FnMut(u32, &[SurfacePoint], &[Vec3]),
     ) -> bool {
         let (mut origins, mut runs, mut found) = (Vec::new(), Vec::new(), Vec::new());
+        chunk.touched.resize(self.scene.materials.len(), false);
         for vertex in vertices {
             self.origins.collect(self.scene, self.tessellation, vertex, &mut origins);
             let start = chunk.entries.len();
@@ -214,6 +230,7 @@ impl Transport<'_> {
                     chunk.tints.push(Tint::new(self.scene.texture_color(hit.triangle, hit.barycentric)));
                 }
                 run.entries += 1;
+                chunk.touched[self.scene.mesh.material_indices[hit.triangle as usize] as usize] = true;
             }
         }
         block_ends[block..].fill((chunk.entries.len() - start) as u32);
@@ -296,14 +313,20 @@ impl Outgoing {
     /// The sum of B = ρ E at what some rays of a chunk met (eq. 4), E by barycentric interpolation.
     #[inline]
     fn sum(&self, chunk: &RowChunk, rays: std::ops::Range<usize>) -> Vec3 {
-        let at = |entry: &RowEntry| interpolate(self.corners[entry.element as usize], entry.place());
-        let entries = chunk.entries[rays.clone()].iter();
-        let sum: Vec3A = if chunk.tints.is_empty() {
-            entries.map(at).sum()
+        let entries = &chunk.entries[rays.clone()];
+        // Two sums, so that one addition need not wait for the one before.
+        let mut sums = [Vec3A::ZERO; 2];
+        if chunk.tints.is_empty() {
+            for pair in entries.chunks(2) {
+                sums.iter_mut().zip(pair).for_each(|(sum, entry)| *sum += entry.between(self));
+            }
         } else {
-            entries.zip(&chunk.tints[rays]).map(|(entry, tint)| tint.color() * at(entry)).sum()
-        };
-        sum.into()
+            for (pair, tints) in entries.chunks(2).zip(chunk.tints[rays].chunks(2)) {
+                let both = pair.iter().zip(tints);
+                sums.iter_mut().zip(both).for_each(|(sum, (entry, tint))| *sum += tint.color() * entry.between(self));
+            }
+        }
+        ((sums[0] + sums[1]) / 65535.0).into()
     }
 }
 

@@ -5,6 +5,7 @@
 //! tone representation of three-dimensional objects taking account of shadows and interreflection". Many: not done here.
 
 use glam::{DVec3, Vec3};
+use serde::{Deserialize, Serialize};
 
 use super::polygon::{Polygon, subtract};
 use crate::trace::{RayTracer, Shaft, SurfacePoint};
@@ -34,6 +35,69 @@ pub struct PolygonLight<'a> {
     pub triangle: u32,
 }
 
+/// How much of a light is seen from a point, from least to most.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Sight {
+    /// It lies below the horizon, or shines to the other side.
+    BelowHorizon,
+    /// Other surfaces hide all of it.
+    Hidden,
+    /// Other surfaces lie before it.
+    Part,
+    /// Nothing lies before what is above the horizon.
+    Whole,
+}
+
+/// Shadow rays: those that were traced, and those that were not, by what was known without them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ShadowRays {
+    /// Traced.
+    pub traced: u64,
+    /// To a light below the horizon, or that shines to the other side.
+    pub below_horizon: u64,
+    /// To a light that other surfaces hide altogether.
+    pub hidden: u64,
+    /// To a light whose visible part is known.
+    pub partly_seen: u64,
+    /// To a light that nothing hides.
+    pub fully_seen: u64,
+}
+
+impl ShadowRays {
+    /// Those that were not traced.
+    pub fn skipped(&self) -> u64 {
+        self.below_horizon + self.hidden + self.partly_seen + self.fully_seen
+    }
+
+    /// Adds others.
+    pub fn add(&mut self, other: &Self) {
+        self.traced += other.traced;
+        self.below_horizon += other.below_horizon;
+        self.hidden += other.hidden;
+        self.partly_seen += other.partly_seen;
+        self.fully_seen += other.fully_seen;
+    }
+
+    #[cfg(feature = "reference")]
+    pub(super) fn skip(&mut self, sight: Sight, count: u64) {
+        *match sight {
+            Sight::BelowHorizon => &mut self.below_horizon,
+            Sight::Hidden => &mut self.hidden,
+            Sight::Part => &mut self.partly_seen,
+            Sight::Whole => &mut self.fully_seen,
+        } += count;
+    }
+}
+
+/// What is known of a light without samples.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// Irradiance from it [W/m²].
+    pub irradiance: Vec3,
+    /// How much of it is seen.
+    pub sight: Sight,
+}
+
 /// Memory that is used again from point to point.
 #[derive(Default)]
 pub struct Scratch {
@@ -50,15 +114,15 @@ pub fn visible_irradiance(
     from: &SurfacePoint,
     light: &PolygonLight,
     scratch: &mut Scratch,
-) -> Option<Vec3> {
-    let known = |value: f64| {
+) -> Option<Seen> {
+    let known = |value: f64, sight: Sight| {
         let irradiance = light.radiance * value as f32;
         // A product that overflowed is dropped: no infinity may reach a result.
-        Some(if irradiance.is_finite() { irradiance } else { Vec3::ZERO })
+        Some(Seen { irradiance: if irradiance.is_finite() { irradiance } else { Vec3::ZERO }, sight })
     };
     let outline = above_horizon(from, light);
     if outline.is_empty() {
-        return known(0.0);
+        return known(0.0, Sight::BelowHorizon);
     }
     let Scratch { triangles, pieces, spare } = scratch;
     triangles.clear();
@@ -73,21 +137,26 @@ pub fn visible_irradiance(
         let occluder = Polygon::seen_from(from.origin, &corners_of(triangle));
         let (occluder, _) = occluder.split(from.geometric_normal.as_dvec3(), 0.0);
         let (occluder, _) = occluder.split(light.normal.as_dvec3(), light_height + IN_LIGHT);
-        if !occluder.is_empty() {
-            subtract(pieces, &occluder, spare);
+        if occluder.is_empty() {
+            continue;
         }
+        subtract(pieces, &occluder, spare);
         if pieces.len() > MOST_PIECES {
             return None;
         }
         if pieces.is_empty() {
-            return known(0.0);
+            return known(0.0, Sight::Hidden);
         }
     }
     let normal = from.shading_normal.as_dvec3();
     let seen: f64 = pieces.iter().map(|piece| piece.irradiance(normal)).sum();
     // Slivers between occluders that touch are rounding, not light.
     let whole = above_horizon(from, light).irradiance(normal);
-    known(if seen > SLIVER * whole { seen } else { 0.0 })
+    match seen / whole {
+        part if part > 1.0 - SLIVER => known(seen, Sight::Whole),
+        part if part > SLIVER => known(seen, Sight::Part),
+        _ => known(0.0, Sight::Hidden),
+    }
 }
 
 /// The light's outline above both planes of a surface point, its own and the one of its shading normal; none if the

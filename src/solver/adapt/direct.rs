@@ -8,14 +8,19 @@ use std::{
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::{
-    COARSEST_EDGE, Coarse, FINEST_EDGE, FINEST_SAMPLED_EDGE, Making, NOISE, Rounds, edge_length, smooth::SmoothValues,
-};
+use super::{COARSEST_EDGE, Coarse, Context, FINEST_EDGE, FINEST_SAMPLED_EDGE, NOISE, Rounds, cut, edge_length};
 use crate::{
     scene::{Tessellation, mesh::interpolate, tessellate::Refinement},
-    solver::monitor::Stage,
+    solver::{
+        kept::{DirectAtVertices, SmoothValues, in_the_middle, mean},
+        monitor::Stage,
+    },
     trace::{SurfacePoint, surface::lift},
-    transport::{VertexOrigins, direct::ShadowRays, visible_light::Scratch},
+    transport::{
+        VertexOrigins,
+        direct::{DirectLight, ShadowRays},
+        visible_light::Scratch,
+    },
 };
 
 /// Vertices or elements that one task handles.
@@ -25,13 +30,11 @@ const PER_TASK: usize = 64;
 const SHOWN_INTERVAL: Duration = Duration::from_millis(250);
 
 pub(super) struct DirectElements<'a> {
-    making: &'a Making<'a>,
+    context: &'a Context<'a>,
     pub(super) refinement: Refinement,
     pub(super) tessellation: Arc<Tessellation>,
-    /// Direct irradiance [W/m²] at the vertices, but for the gather rays' share.
-    pub(super) direct: Vec<Vec3>,
-    /// Its squared standard error.
-    pub(super) direct_errors: Vec<Vec3>,
+    /// Direct light at the vertices, but for the gather rays' share.
+    pub(super) direct: DirectAtVertices,
     pub(super) buried: Vec<bool>,
     pub(super) shadow_rays: ShadowRays,
     /// Mean direct light [W/m²] of what is lit.
@@ -43,24 +46,22 @@ pub(super) struct DirectElements<'a> {
 /// Direct light at one vertex.
 #[derive(Clone, Copy, Default)]
 struct Found {
-    irradiance: Vec3,
-    squared_error: Vec3,
     is_buried: bool,
     rays: ShadowRays,
 }
 
 impl<'a> DirectElements<'a> {
-    pub(super) fn new(making: &'a Making<'a>) -> Self {
-        let refinement = Refinement::new(&making.problem.scene);
-        let tessellation = Arc::clone(&making.problem.tessellation);
-        let (direct, direct_errors, buried, shadow_rays) = Default::default();
-        let (scale, rounds, last_shown) = (1.0, Rounds::new(making.monitor), Instant::now());
-        Self { making, refinement, tessellation, direct, direct_errors, buried, shadow_rays, scale, rounds, last_shown }
+    pub(super) fn new(context: &'a Context<'a>) -> Self {
+        let refinement = Refinement::new(&context.problem.scene);
+        let tessellation = Arc::clone(&context.problem.tessellation);
+        let (direct, buried, shadow_rays) = Default::default();
+        let (scale, rounds, last_shown) = (1.0, Rounds::new(context.monitor), Instant::now());
+        Self { context, refinement, tessellation, direct, buried, shadow_rays, scale, rounds, last_shown }
     }
 
     /// Cuts until direct light is near what the corners say, in every element.
     pub(super) fn follow_light(&mut self, tolerance: f32) {
-        self.making.monitor.enter_stage(Stage::FollowingDirect, 0, 1, 1.0);
+        self.context.monitor.enter_stage(Stage::FollowingDirect, 0, 1, 1.0);
         let mut first_new = 0;
         loop {
             self.find_direct_light();
@@ -73,7 +74,7 @@ impl<'a> DirectElements<'a> {
                 break;
             }
         }
-        self.making.monitor.show_elements(&self.tessellation, &self.direct);
+        self.context.monitor.show_elements(&self.tessellation, &self.field());
     }
 
     /// Cuts until the elements are no coarser than the coarse ones, nor than the bends of the smooth field on those.
@@ -94,7 +95,8 @@ impl<'a> DirectElements<'a> {
                 let inside = fine.corner_barycentrics[element as usize];
                 let place = |vertex: u32| inside[corners.iter().position(|&corner| corner == vertex).unwrap_or(0)];
                 let [a, b] = ends.map(place);
-                let at = |place| smooth.at(below_all.locate(fine.scene_triangle[element as usize], place));
+                let triangle = fine.scene_triangle[element as usize];
+                let at = |place| smooth.at(below_all.locate(triangle, place)).max(Vec3::ZERO);
                 let left = (at(0.5 * (a + b)) - 0.5 * (at(a) + at(b))).abs().max_element() / self.scale;
                 length > FINEST_EDGE && left * length > tolerance
             });
@@ -107,7 +109,12 @@ impl<'a> DirectElements<'a> {
 
     /// True if no direct light was found anywhere.
     pub(super) fn is_dark(&self) -> bool {
-        self.direct.iter().all(|value| *value == Vec3::ZERO)
+        self.direct.light.iter().all(|light| light.irradiance() == Vec3::ZERO)
+    }
+
+    /// Direct irradiance [W/m²] at the vertices.
+    pub(super) fn field(&self) -> Vec<Vec3> {
+        self.direct.light.iter().map(DirectLight::irradiance).collect()
     }
 
     /// The elements for which `is_wanted` says so.
@@ -115,7 +122,7 @@ impl<'a> DirectElements<'a> {
         let elements: Vec<u32> = (0..self.tessellation.mesh.triangles.len() as u32).collect();
         let wanted = |elements: &[u32]| {
             let mut scratch = Scratch::default();
-            let go_on = |_: &&u32| !(self.making.is_cancelled)();
+            let go_on = |_: &&u32| !self.context.is_cancelled();
             let elements = elements.iter().take_while(go_on);
             elements.copied().filter(|&element| is_wanted(&mut scratch, element)).collect::<Vec<u32>>()
         };
@@ -123,66 +130,68 @@ impl<'a> DirectElements<'a> {
     }
 
     fn cut(&mut self, wanted: &[u32]) -> bool {
-        let is_cut = self.making.cut(&mut self.refinement, wanted);
+        let is_cut = cut(self.context, &mut self.refinement, wanted);
         if is_cut {
-            self.tessellation = Arc::new(self.refinement.tessellation(&self.making.problem.scene));
+            self.tessellation = Arc::new(self.refinement.tessellation(&self.context.problem.scene));
         }
         is_cut
     }
 
     /// Direct light at the vertices that have come since the last call, from those origins that are not buried.
     fn find_direct_light(&mut self) {
-        let monitor = self.making.monitor;
+        let monitor = self.context.monitor;
         if monitor.is_watched() && self.last_shown.elapsed() > SHOWN_INTERVAL {
-            monitor.show_elements(&self.tessellation, &self.direct);
+            monitor.show_elements(&self.tessellation, &self.field());
             self.last_shown = Instant::now();
         }
         let origins = VertexOrigins::new(&self.tessellation);
-        let vertices: Vec<u32> = (self.direct.len() as u32..self.tessellation.mesh.positions.len() as u32).collect();
+        let vertices: Vec<u32> =
+            (self.direct.light.len() as u32..self.tessellation.mesh.positions.len() as u32).collect();
         self.rounds.begin(vertices.len() as u64);
-        let found: Vec<Vec<Found>> =
+        let found: Vec<_> =
             vertices.par_chunks(PER_TASK).map(|vertices| self.direct_light_at(&origins, vertices)).collect();
-        for Found { irradiance, squared_error, is_buried, rays } in found.into_iter().flatten() {
-            self.direct.push(irradiance);
-            self.direct_errors.push(squared_error);
-            self.buried.push(is_buried);
-            self.shadow_rays.traced += rays.traced;
-            self.shadow_rays.skipped += rays.skipped;
+        for (light, found) in found {
+            self.direct.append(&light);
+            for Found { is_buried, rays } in found {
+                self.buried.push(is_buried);
+                self.shadow_rays.add(&rays);
+            }
         }
-        self.scale = mean_of_lit(&self.direct, &self.tessellation.vertex_areas());
+        self.scale = mean_of_lit(&self.field(), &self.tessellation.vertex_areas());
     }
 
-    fn direct_light_at(&self, origins: &VertexOrigins, vertices: &[u32]) -> Vec<Found> {
-        let Making { problem, monitor, is_cancelled, .. } = *self.making;
+    fn direct_light_at(&self, origins: &VertexOrigins, vertices: &[u32]) -> (DirectAtVertices, Vec<Found>) {
+        let Context { problem, monitor, .. } = *self.context;
         monitor.wait_while_paused();
-        let (mut scratch, mut starts) = (Scratch::default(), Vec::new());
-        let context = self.making.direct_context();
-        let mut traced = 0;
+        let (mut scratch, mut starts, mut usable) = (Scratch::default(), Vec::new(), Vec::new());
+        let direct = self.context.direct();
+        let (mut lights, mut traced) = (DirectAtVertices::default(), 0);
         let at = |&vertex: &u32| {
             let mut found = Found::default();
-            if is_cancelled() {
+            if self.context.is_cancelled() {
+                lights.push(DirectLight::default(), &[]);
                 return found;
             }
             origins.collect(&problem.scene, &self.tessellation, vertex, &mut starts);
-            let mut used = 0.0_f32;
-            for origin in &starts {
-                let (irradiance, squared_error) = context.irradiance_at(origin, &mut scratch, &mut found.rays);
-                if irradiance != Vec3::ZERO || !origin.is_buried(&*problem.tracer) {
-                    found.irradiance += irradiance;
-                    found.squared_error += squared_error;
-                    used += 1.0;
-                }
+            usable.clear();
+            let light = mean(starts.iter().filter_map(|origin| {
+                let light = direct.at_point(origin, &mut scratch, &mut found.rays);
+                let is_usable = light.irradiance() != Vec3::ZERO || !origin.is_buried(&*problem.tracer);
+                usable.extend(is_usable.then_some(*origin));
+                is_usable.then_some(light)
+            }));
+            found.is_buried = usable.is_empty() && !starts.is_empty();
+            match in_the_middle(&usable) {
+                Some(middle) => lights.push(light, &[middle]),
+                None => lights.push(light, &usable),
             }
-            found.irradiance /= used.max(1.0);
-            found.squared_error /= (used * used).max(1.0);
-            found.is_buried = used == 0.0 && !starts.is_empty();
-            monitor.add_live(vertex as usize, found.irradiance);
+            monitor.add_live(vertex as usize, light.irradiance());
             traced += found.rays.traced;
             found
         };
         let found = vertices.iter().map(at).collect();
         monitor.advance(vertices.len() as u64, traced);
-        found
+        (lights, found)
     }
 
     /// True if an element is too coarse for direct light: at its middle, or in the middle of its longest edge.
@@ -194,35 +203,36 @@ impl<'a> DirectElements<'a> {
             return true;
         }
         let free = corners.iter().filter(|&&vertex| !self.buried[vertex as usize]);
-        let (sum, count) =
-            free.fold((Vec3::ZERO, 0.0), |(sum, count), &vertex| (sum + self.direct[vertex as usize], count + 1.0));
-        if length < FINEST_EDGE || count == 0.0 || self.making.lights.is_empty() {
+        let at_corner = |vertex: u32| self.direct.light[vertex as usize].irradiance();
+        let (sum, count) = free.fold((Vec3::ZERO, 0.0), |(sum, count), &vertex| (sum + at_corner(vertex), count + 1.0));
+        if length < FINEST_EDGE || count == 0.0 || self.context.lights.is_empty() {
             return false;
         }
-        let values =
-            corners.map(|vertex| if self.buried[vertex as usize] { sum / count } else { self.direct[vertex as usize] });
-        let corner_error = corners.map(|vertex| self.direct_errors[vertex as usize]).into_iter().sum::<Vec3>() / 9.0;
+        let values = corners.map(|vertex| if self.buried[vertex as usize] { sum / count } else { at_corner(vertex) });
+        let error_at = |vertex: u32| self.direct.light[vertex as usize].squared_error;
+        let corner_error = corners.map(error_at).into_iter().sum::<Vec3>() / 9.0;
         let opposite = corners.iter().position(|vertex| !ends.contains(vertex)).unwrap_or(0);
         let middle = Vec3::splat(1.0 / 3.0);
         let edge_middle = (0.5 * (Vec3::ONE - Vec3::AXES[opposite])).lerp(middle, 0.01);
-        let context = self.making.direct_context();
+        let direct = self.context.direct();
         [edge_middle, middle].into_iter().any(|weights| {
             let place = Vec2::new(weights.y, weights.z);
             let point = self.point_in_element(element, place);
             let mut rays = ShadowRays::default();
-            let (found, squared_error) = context.irradiance_at(&point, scratch, &mut rays);
+            let light = direct.at_point(&point, scratch, &mut rays);
+            let (found, squared_error) = (light.irradiance(), light.squared_error);
             let finest = if rays.traced > 0 { FINEST_SAMPLED_EDGE } else { FINEST_EDGE };
             // What may be noise of the samples says nothing.
             let noise = NOISE * (squared_error + corner_error).max_element().sqrt();
             let difference = ((found - interpolate(values, place)).abs().max_element() - noise) / self.scale;
             difference * length > tolerance
                 && length > finest
-                && (found != Vec3::ZERO || !point.is_buried(&*self.making.problem.tracer))
+                && (found != Vec3::ZERO || !point.is_buried(&*self.context.problem.tracer))
         })
     }
 
     fn point_in_element(&self, element: u32, place: Vec2) -> SurfacePoint {
-        let (mesh, scene) = (&self.tessellation.mesh, &self.making.problem.scene);
+        let (mesh, scene) = (&self.tessellation.mesh, &self.context.problem.scene);
         let triangle = self.tessellation.scene_triangle[element as usize];
         let geometric_normal = scene.mesh.geometric_normal(triangle);
         let normals = mesh.triangles[element as usize].map(|vertex| mesh.normals[vertex as usize]);

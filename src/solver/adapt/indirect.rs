@@ -6,17 +6,19 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::{
-    COARSEST_EDGE, FINEST_EDGE, Making, NOISE, Rounds,
+    COARSEST_EDGE, Context, FINEST_EDGE, NOISE, Rounds, cut,
     direct::{DirectElements, mean_of_lit},
     edge_length,
-    kept_rows::{Rows, Sources},
-    smooth::SmoothField,
 };
 use crate::{
     scene::tessellate::Refinement,
-    solver::{buried::fill_buried, monitor::Stage},
+    solver::{
+        buried::fill_buried,
+        kept::{Rows, SmoothField, Sources},
+        monitor::Stage,
+    },
     trace::SurfacePoint,
-    transport::{RowChunk, VertexOrigins, bytes_per_ray},
+    transport::{RowChunk, bytes_per_ray},
 };
 
 /// Gather rays that one task traces.
@@ -26,7 +28,7 @@ const RAYS_PER_TASK: usize = 1 << 14;
 const BEND_AT_FOOT: f32 = 0.15;
 
 pub(super) struct IndirectElements<'a> {
-    making: &'a Making<'a>,
+    context: &'a Context<'a>,
     /// Where direct light is looked up.
     fine: &'a DirectElements<'a>,
     refinement: Refinement,
@@ -48,23 +50,23 @@ pub(super) struct IndirectElements<'a> {
 }
 
 impl<'a> IndirectElements<'a> {
-    pub(super) fn new(making: &'a Making<'a>, fine: &'a DirectElements<'a>) -> Self {
-        let scene = &making.problem.scene;
+    pub(super) fn new(context: &'a Context<'a>, fine: &'a DirectElements<'a>) -> Self {
+        let scene = &context.problem.scene;
         let mut refinement = Refinement::new(scene);
         let mut tessellation = refinement.tessellation(scene);
         loop {
             let is_long = |&element: &u32| edge_length(&tessellation, refinement.longest_edge(element)) > COARSEST_EDGE;
             let long: Vec<u32> = (0..tessellation.mesh.triangles.len() as u32).filter(is_long).collect();
-            if !making.cut(&mut refinement, &long) {
+            if !cut(context, &mut refinement, &long) {
                 break;
             }
             tessellation = refinement.tessellation(scene);
         }
-        let sources = Arc::new(Sources { origins: VertexOrigins::new(&tessellation), tessellation });
+        let sources = Arc::new(Sources::new(Arc::new(tessellation)));
         let (first_bounce, found_emission, squared_errors, bend, buried, rows) = Default::default();
-        let (scale, rounds) = (fine.scale, Rounds::new(making.monitor));
+        let (scale, rounds) = (fine.scale, Rounds::new(context.monitor));
         Self {
-            making,
+            context,
             fine,
             refinement,
             sources,
@@ -82,12 +84,12 @@ impl<'a> IndirectElements<'a> {
     /// Cuts until the light that rays gather at new vertices is near what was expected there.
     pub(super) fn follow_light(&mut self, tolerance: f32) {
         let count = self.sources.tessellation.mesh.positions.len();
-        if self.making.problem.settings.bounces == Some(0) || self.making.lights.is_empty() {
+        if self.context.problem.settings.bounces == Some(0) || self.context.lights.is_empty() {
             (self.first_bounce, self.buried) = (vec![Vec3::ZERO; count], vec![false; count]);
             self.found_emission = vec![Vec3::ZERO; count];
             return;
         }
-        self.making.monitor.enter_stage(Stage::FollowingIndirect, 0, 1, 1.0);
+        self.context.monitor.enter_stage(Stage::FollowingIndirect, 0, 1, 1.0);
         self.gather(0);
         self.bend = vec![0.0; count];
         if self.fine.is_dark() {
@@ -103,11 +105,11 @@ impl<'a> IndirectElements<'a> {
                 known[vertex] = value;
             }
             let smooth = SmoothField::new(tessellation, origins, &self.buried);
-            if !self.making.cut(&mut self.refinement, &wanted) {
+            if !cut(self.context, &mut self.refinement, &wanted) {
                 return;
             }
-            let tessellation = self.refinement.tessellation(&self.making.problem.scene);
-            self.sources = Arc::new(Sources { origins: VertexOrigins::new(&tessellation), tessellation });
+            let tessellation = self.refinement.tessellation(&self.context.problem.scene);
+            self.sources = Arc::new(Sources::new(Arc::new(tessellation)));
             self.gather(before);
             self.measure_bends(before, &known, &smooth);
             wanted = self.bent_elements(first_new_node, tolerance);
@@ -158,13 +160,13 @@ impl<'a> IndirectElements<'a> {
 
     /// Traces the rows of the vertices from `first` on, and applies them to direct light.
     fn gather(&mut self, first: usize) {
-        let Making { problem, monitor, is_cancelled, .. } = *self.making;
-        let transport = self.making.transport(&self.sources, &self.fine.tessellation);
-        let outgoing = transport.outgoing(&self.fine.direct);
+        let Context { problem, monitor, is_cancelled, .. } = *self.context;
+        let transport = self.context.transport(&self.sources, &self.fine.tessellation);
+        let outgoing = transport.outgoing(&self.fine.field());
         let per_task = (RAYS_PER_TASK / problem.settings.rays.max(1) as usize).clamp(1, 1024);
         let vertices: Vec<u32> = (first as u32..self.sources.tessellation.mesh.positions.len() as u32).collect();
         self.rounds.begin(vertices.len() as u64);
-        let budget = u64::from(problem.settings.row_memory) << 20;
+        let budget = problem.settings.row_bytes();
         let bytes = bytes_per_ray(&problem.scene) as u64;
         let fits = |vertex: u32| bytes * (u64::from(vertex) + 1) * u64::from(problem.settings.rays) <= budget;
         let traced: Vec<_> = vertices

@@ -1,6 +1,7 @@
 //! A field between the vertices of coarse elements: quadratic, from the values and their gradients at the vertices.
 
 use glam::{Mat3, Vec2, Vec3};
+use rayon::prelude::*;
 
 use crate::{
     scene::{Mesh, Tessellation, mesh::interpolate},
@@ -13,23 +14,26 @@ use crate::{
 /// over their squared distance. An edge's middle then differs from the mean of its ends by an eighth of the difference
 /// of the slopes along it (cubic Hermite interpolation at 1/2), and a quadratic patch through corners and middles has
 /// no gaps to its neighbours.
-pub(crate) struct SmoothField {
+pub(in crate::solver) struct SmoothField {
     /// Vertices in a concave crease: another surface rises from there.
     in_crease: Vec<bool>,
     offsets: Vec<u32>,
     neighbours: Vec<u32>,
     weights: Vec<Vec3>,
+    /// For each edge of each element which of its ends have neighbours behind them.
+    reaches: Vec<[[bool; 2]; 3]>,
 }
 
 /// The derivatives of a field of three bands along x, y and z.
-pub(super) type Gradient = [Vec3; 3];
+pub(in crate::solver) type Gradient = [Vec3; 3];
 
 impl SmoothField {
     /// For all vertices of a tessellation; buried ones have no say.
-    pub(super) fn new(tessellation: &Tessellation, origins: &VertexOrigins, buried: &[bool]) -> Self {
+    pub(in crate::solver) fn new(tessellation: &Tessellation, origins: &VertexOrigins, buried: &[bool]) -> Self {
         let mesh = &tessellation.mesh;
         let in_crease = in_creases(mesh, origins);
-        let mut field = Self { in_crease, offsets: vec![0], neighbours: Vec::new(), weights: Vec::new() };
+        let (offsets, neighbours, weights, reaches) = (vec![0], Vec::new(), Vec::new(), Vec::new());
+        let mut field = Self { in_crease, offsets, neighbours, weights, reaches };
         let mut around = Vec::new();
         for vertex in 0..mesh.positions.len() {
             around.clear();
@@ -54,11 +58,13 @@ impl SmoothField {
             }
             field.offsets.push(field.neighbours.len() as u32);
         }
+        let of_element = |&corners: &[u32; 3]| edges(corners).map(|ends| field.reaches_behind(mesh, ends));
+        field.reaches = mesh.triangles.par_iter().with_min_len(256).map(of_element).collect();
         field
     }
 
     /// The gradients of a field given at the vertices.
-    pub(super) fn gradients(&self, values: &[Vec3]) -> Vec<Gradient> {
+    pub(in crate::solver) fn gradients(&self, values: &[Vec3]) -> Vec<Gradient> {
         let at = |vertex: usize| {
             let mut gradient = [Vec3::ZERO; 3];
             for index in self.offsets[vertex] as usize..self.offsets[vertex + 1] as usize {
@@ -69,7 +75,7 @@ impl SmoothField {
             }
             gradient
         };
-        (0..values.len()).map(at).collect()
+        (0..values.len()).into_par_iter().with_min_len(256).map(at).collect()
     }
 
     /// How much the middle of an edge differs from the mean of its ends: an eighth of the length times the difference
@@ -77,7 +83,24 @@ impl SmoothField {
     /// little, and the parabola through both ends with the slope of the other is taken. In a concave crease light falls
     /// as x ln x with the distance x, since what leaves the other surface changes along that one: the middle is twice
     /// as much higher there.
-    pub(super) fn surplus(&self, mesh: &Mesh, values: &[Vec3], gradients: &[Gradient], ends: [u32; 2]) -> Vec3 {
+    pub(in crate::solver) fn surplus(
+        &self,
+        mesh: &Mesh,
+        values: &[Vec3],
+        gradients: &[Gradient],
+        ends: [u32; 2],
+    ) -> Vec3 {
+        self.surplus_between(mesh, values, gradients, ends, self.reaches_behind(mesh, ends))
+    }
+
+    fn surplus_between(
+        &self,
+        mesh: &Mesh,
+        values: &[Vec3],
+        gradients: &[Gradient],
+        ends: [u32; 2],
+        reaches: [bool; 2],
+    ) -> Vec3 {
         let [a, b] = ends.map(|end| end as usize);
         let along = mesh.positions[b] - mesh.positions[a];
         let rise = |vertex: usize| {
@@ -87,11 +110,18 @@ impl SmoothField {
         let difference = values[b] - values[a];
         // In a crease the profile is x ln x: its middle is as much higher again.
         let factor = |vertex: usize| if self.in_crease[vertex] { 0.5 } else { 0.25 };
-        match [self.reaches(mesh, a, -along), self.reaches(mesh, b, along)] {
+        match reaches {
             [true, false] => factor(b) * (rise(a) - difference),
             [false, true] => factor(a) * (difference - rise(b)),
             [true, true] | [false, false] => 0.125 * (rise(a) - rise(b)),
         }
+    }
+
+    /// Which ends of an edge have neighbours behind them.
+    fn reaches_behind(&self, mesh: &Mesh, ends: [u32; 2]) -> [bool; 2] {
+        let [a, b] = ends.map(|end| end as usize);
+        let along = mesh.positions[b] - mesh.positions[a];
+        [self.reaches(mesh, a, -along), self.reaches(mesh, b, along)]
     }
 
     /// True if a vertex has a neighbour roughly in this direction.
@@ -102,6 +132,10 @@ impl SmoothField {
             offset.dot(direction) > 0.3 * offset.length() * direction.length()
         })
     }
+}
+
+fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
 }
 
 /// Which vertices lie in a concave crease: at their place another surface begins that rises in front of theirs.
@@ -129,7 +163,7 @@ fn in_creases(mesh: &Mesh, origins: &VertexOrigins) -> Vec<bool> {
 const RISE: f32 = 0.2;
 
 /// Values at the vertices of elements, with what a smooth field between them needs.
-pub(super) struct SmoothValues<'a> {
+pub(in crate::solver) struct SmoothValues<'a> {
     tessellation: &'a Tessellation,
     values: &'a [Vec3],
     /// How much the middle of each element's edge k, from corner k to the next, differs from the mean of its ends.
@@ -137,26 +171,25 @@ pub(super) struct SmoothValues<'a> {
 }
 
 impl<'a> SmoothValues<'a> {
-    pub(super) fn new(field: &SmoothField, tessellation: &'a Tessellation, values: &'a [Vec3]) -> Self {
+    pub(in crate::solver) fn new(field: &SmoothField, tessellation: &'a Tessellation, values: &'a [Vec3]) -> Self {
         let gradients = field.gradients(values);
         let mesh = &tessellation.mesh;
-        let edges = |&[a, b, c]: &[u32; 3]| [[a, b], [b, c], [c, a]];
-        let surplus = |ends| field.surplus(mesh, values, &gradients, ends);
-        Self {
-            tessellation,
-            values,
-            surpluses: mesh.triangles.iter().map(|corners| edges(corners).map(surplus)).collect(),
-        }
+        let of_element = |(corners, reaches): (&[u32; 3], &[[bool; 2]; 3])| {
+            let edges = edges(*corners);
+            [0, 1, 2].map(|edge| field.surplus_between(mesh, values, &gradients, edges[edge], reaches[edge]))
+        };
+        let elements = mesh.triangles.par_iter().zip(&field.reaches).with_min_len(256);
+        Self { tessellation, values, surpluses: elements.map(of_element).collect() }
     }
 
-    /// The field at a place in an element. Never negative.
-    pub(super) fn at(&self, (element, place): (u32, Vec2)) -> Vec3 {
+    /// The field at a place in an element. Linear in the values: where they fall steeply it may be negative.
+    pub(in crate::solver) fn at(&self, (element, place): (u32, Vec2)) -> Vec3 {
         let corners = self.tessellation.mesh.triangles[element as usize];
         let weights = [1.0 - place.x - place.y, place.x, place.y];
         let linear = interpolate(corners.map(|corner| self.values[corner as usize]), place);
         let bent = |(edge, surplus): (usize, &Vec3)| 4.0 * weights[edge] * weights[(edge + 1) % 3] * *surplus;
         let bends: Vec3 = self.surpluses[element as usize].iter().enumerate().map(bent).sum();
-        (linear + bends).max(Vec3::ZERO)
+        linear + bends
     }
 }
 

@@ -1,0 +1,365 @@
+//! What a solve keeps: its elements with direct light, and the gather rays as sparse rows. All bounces are sums over
+//! them; and they can be lit again by another light (`relight`).
+//!
+//! With even elements every vertex gathers. Of elements that follow the light those of a coarser set do, and the field
+//! between them is smooth (`coarse`).
+
+mod coarse;
+mod iteration;
+mod krylov;
+mod relight;
+mod rows;
+mod smooth;
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+
+pub(super) use self::{
+    coarse::Coarse,
+    rows::{KeptRows, Rows, Sources},
+    smooth::{SmoothField, SmoothValues},
+};
+use self::{iteration::Sweeps, krylov::Known};
+use super::{
+    SolutionInfo,
+    buried::fill_buried,
+    energy::VertexWeights,
+    monitor::{Monitor, Stage},
+    reconstruct::point_context,
+    settings::Iteration,
+    solve::{Computed, EndedBy, MOST_BOUNCES, Problem, SolveReport, bounce_on},
+};
+use crate::{
+    scene::Tessellation,
+    trace::SurfacePoint,
+    transport::{
+        Lights, Transport, VertexOrigins,
+        direct::{DirectContext, DirectLight},
+        lights::FinderCounts,
+    },
+};
+
+/// What light is found with: direct light at vertices, and rows.
+pub(super) struct Context<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) monitor: &'a Monitor,
+    pub(super) lights: &'a Lights,
+    /// How light from emissive triangles is split between samples and gather rays.
+    pub(super) finders: FinderCounts,
+    pub(super) is_cancelled: &'a (dyn Fn() -> bool + Sync),
+}
+
+impl Context<'_> {
+    pub(super) fn is_cancelled(&self) -> bool {
+        (self.is_cancelled)()
+    }
+
+    pub(super) fn direct(&self) -> DirectContext<'_> {
+        let context = point_context(&self.problem.scene, &*self.problem.tracer, self.lights, &self.problem.settings);
+        DirectContext { finders: self.finders, is_cancelled: self.is_cancelled, ..context }
+    }
+
+    /// Rows from the vertices of `sources` to the elements `targets`.
+    pub(super) fn transport<'t>(&'t self, sources: &'t Sources, targets: &'t Tessellation) -> Transport<'t> {
+        let Problem { scene, tracer, settings, .. } = self.problem;
+        Transport {
+            scene,
+            tracer: &**tracer,
+            tessellation: &sources.tessellation,
+            targets,
+            origins: &sources.origins,
+            lights: self.lights,
+            finders: self.finders,
+            sampler: settings.sampler,
+            seed: settings.seed,
+            rays: settings.rays,
+        }
+    }
+}
+
+/// Direct light at the vertices of a solve's elements.
+#[derive(Clone, Default)]
+pub(super) struct DirectAtVertices {
+    /// As it was found; 0 at buried vertices.
+    pub(super) light: Vec<DirectLight>,
+    /// The points at which another light is found, of one vertex after the other.
+    points: Vec<SurfacePoint>,
+    /// Where those of each vertex end.
+    ends: Vec<u32>,
+}
+
+impl DirectAtVertices {
+    /// Adds a vertex with the points where its light was found.
+    pub(super) fn push(&mut self, light: DirectLight, points: &[SurfacePoint]) {
+        self.light.push(light);
+        self.points.extend(points);
+        self.ends.push(self.points.len() as u32);
+    }
+
+    /// Adds the vertices of another one.
+    pub(super) fn append(&mut self, other: &Self) {
+        let before = self.points.len() as u32;
+        self.light.extend(&other.light);
+        self.points.extend(&other.points);
+        self.ends.extend(other.ends.iter().map(|end| before + end));
+    }
+
+    fn points_of(&self, vertex: u32) -> &[SurfacePoint] {
+        let end = |vertex: usize| self.ends[vertex] as usize;
+        let start = (vertex as usize).checked_sub(1).map_or(0, end);
+        &self.points[start..end(vertex as usize)]
+    }
+}
+
+/// The mean of direct light found at several points.
+pub(super) fn mean(found: impl Iterator<Item = DirectLight>) -> DirectLight {
+    let (mut mean, mut count) = (DirectLight::default(), 0.0_f32);
+    for light in found {
+        mean.area_light += light.area_light;
+        mean.emitters += light.emitters;
+        mean.squared_error += light.squared_error;
+        count += 1.0;
+    }
+    mean.area_light /= count.max(1.0);
+    mean.emitters /= count.max(1.0);
+    mean.squared_error /= (count * count).max(1.0);
+    mean
+}
+
+/// The middle of points on one plane, in place of them all, if they are: origins of one vertex lie so near to each other
+/// that light changes in a line between them.
+pub(super) fn in_the_middle(points: &[SurfacePoint]) -> Option<SurfacePoint> {
+    let first = points.first()?;
+    let is_same = |point: &SurfacePoint| point.geometric_normal.dot(first.geometric_normal) > 1.0 - 1e-6;
+    let middle = points.iter().map(|point| point.origin).sum::<Vec3>() / points.len() as f32;
+    points.iter().all(is_same).then_some(SurfacePoint { origin: middle, ..*first })
+}
+
+/// A solve's elements, with what is known on them.
+pub struct Kept {
+    /// What was solved.
+    problem: Problem,
+    /// The elements in the end, and those around each of their vertices.
+    tessellation: Arc<Tessellation>,
+    origins: VertexOrigins,
+    direct: DirectAtVertices,
+    /// Vertices that see mostly back faces.
+    buried: Vec<bool>,
+    rows: KeptRows,
+    /// The elements whose vertices gather, if they are others.
+    coarse: Option<Coarse>,
+    weights: VertexWeights,
+    /// What is known of the rows: where other light starts from.
+    known: Known,
+    /// What the solution was computed from.
+    info: Option<SolutionInfo>,
+}
+
+impl Kept {
+    pub(super) fn new(
+        problem: &Problem,
+        tessellation: Arc<Tessellation>,
+        (direct, buried): (DirectAtVertices, Vec<bool>),
+        rows: KeptRows,
+        coarse: Option<Coarse>,
+    ) -> Self {
+        let origins = VertexOrigins::new(&tessellation);
+        let weights = VertexWeights::new(&problem.scene, &tessellation);
+        let (known, info) = (Known::default(), None);
+        Self { problem: problem.clone(), tessellation, origins, direct, buried, rows, coarse, weights, known, info }
+    }
+
+    pub(super) fn rows(&self) -> &KeptRows {
+        &self.rows
+    }
+
+    /// Direct irradiance [W/m²] at the elements' vertices.
+    pub(super) fn direct_field(&self) -> Vec<Vec3> {
+        self.filled(self.direct.light.iter().map(DirectLight::irradiance).collect())
+    }
+
+    /// Gives buried vertices their neighbours' values.
+    fn filled(&self, mut field: Vec<Vec3>) -> Vec<Vec3> {
+        for (vertex, value) in fill_buried(&self.tessellation.mesh, &self.origins, &field, &self.buried) {
+            field[vertex] = value;
+        }
+        field
+    }
+
+    /// A field [W/m²] at the elements' vertices, from its values at those that gather. Linear in the values.
+    pub(super) fn spread(&self, values: Vec<Vec3>) -> Vec<Vec3> {
+        if let Some(coarse) = &self.coarse {
+            return coarse.spread(values);
+        }
+        self.filled(values)
+    }
+
+    /// The same as it is shown: a smooth field may swing below 0 where light falls steeply. Bounces go on from what is
+    /// not cut off, so that they stay linear, and all iterations lead to one field.
+    pub(super) fn spread_light(&self, values: Vec<Vec3>) -> Vec<Vec3> {
+        let mut field = self.spread(values);
+        field.iter_mut().for_each(|value| *value = value.max(Vec3::ZERO));
+        field
+    }
+
+    /// What rays gather of a field at the elements' vertices [W/m²].
+    fn gather(&self, context: &Context, field: &[Vec3], report: &mut SolveReport) -> Vec<Vec3> {
+        self.rows.apply(context, &self.tessellation, field, &|_, _| (), report)
+    }
+
+    /// All bounces from direct light on.
+    pub(super) fn solve(mut self, context: &Context, report: &mut SolveReport) -> Computed {
+        let bounces = if context.problem.settings.iteration == Iteration::Neumann {
+            self.bounces(context, self.direct_field(), &self.weights, report)
+        } else {
+            self.sweeps(context, self.direct_field(), report)
+        };
+        let (bounces, known) = bounces;
+        let monitor = context.monitor;
+        if monitor.is_watched() && !monitor.is_cancelled() {
+            monitor.announce_sampling_error(self.sampling_error(context, &bounces));
+        }
+        self.known = known;
+        let (buried, tessellation) = (self.buried.clone(), Arc::clone(&self.tessellation));
+        let needs_rows = context.problem.settings.bounces != Some(0);
+        let is_whole = self.rows.are_all_kept() || !needs_rows;
+        Computed { bounces, buried, tessellation, kept: (is_whole && !context.lights.is_empty()).then_some(self) }
+    }
+
+    /// Bounce by bounce; and what they tell of the rows: of what one gathered, the next gathers its product.
+    fn bounces(
+        &self,
+        context: &Context,
+        direct: Vec<Vec3>,
+        weights: &VertexWeights,
+        report: &mut SolveReport,
+    ) -> (Vec<Arc<Vec<Vec3>>>, Known) {
+        let Context { problem, monitor, lights, .. } = *context;
+        let mut total = direct.clone();
+        // What bounces have cut off below 0 so far: the next ones owe it, so that their sum is the field cut off.
+        let mut owed = vec![Vec3::ZERO; direct.len()];
+        let mut last = direct.clone();
+        let (mut known, mut before) = (Known::default(), None::<Vec<Vec3>>);
+        let bounces = bounce_on(problem, weights, monitor, lights, direct, report, |_, report| {
+            let show = |vertex: u32, value| monitor.add_live(vertex as usize, value);
+            let receive: &(dyn Fn(u32, Vec3) + Sync) = if self.coarse.is_none() { &show } else { &|_, _| () };
+            let gathered = self.rows.apply(context, &self.tessellation, &last, receive, report);
+            if let Some(before) = before.take().filter(|_| known.has_room()) {
+                let product = before.iter().zip(&gathered).map(|(before, now)| *before - *now).collect();
+                known.add(before, product);
+            }
+            before = Some(gathered.clone());
+            last = self.spread(gathered);
+            let next: Vec<Vec3> =
+                last.iter().zip(&owed).map(|(bounce, owed)| (*bounce - *owed).max(Vec3::ZERO)).collect();
+            owed.iter_mut().zip(&next).zip(&last).for_each(|((owed, next), bounce)| *owed += *next - *bounce);
+            total.iter_mut().zip(&next).for_each(|(sum, value)| *sum += *value);
+            if !monitor.is_cancelled() {
+                monitor.set_live(&total);
+            }
+            next
+        });
+        (bounces, known)
+    }
+
+    /// Sweep by sweep. Returns direct light and all that rays gathered, as two bounces: sweeps are none.
+    fn sweeps(&self, context: &Context, direct: Vec<Vec3>, report: &mut SolveReport) -> (Vec<Arc<Vec<Vec3>>>, Known) {
+        let mut shown = vec![Vec3::ZERO; direct.len()];
+        self.enter(context.monitor, &direct, 0, report);
+        if context.lights.is_empty() || context.problem.settings.bounces == Some(0) {
+            return (vec![Arc::new(direct)], Known::default());
+        }
+        let mut show = |gathered: Vec<Vec3>, report: &mut SolveReport| {
+            let indirect = self.spread_light(gathered);
+            let change: Vec<Vec3> = indirect.iter().zip(&shown).map(|(now, before)| *now - *before).collect();
+            let total: Vec<Vec3> = indirect.iter().zip(&direct).map(|(indirect, direct)| *indirect + *direct).collect();
+            context.monitor.set_live(&total);
+            report.iterations += 1;
+            self.enter(context.monitor, &change, report.iterations, report);
+            shown = indirect;
+        };
+        let known = self.converge(context, &direct, None, &mut show, report).unwrap_or_default();
+        (vec![Arc::new(direct), Arc::new(shown)], known)
+    }
+
+    /// Enters what a sweep changed [W/m²] into the ledger, and announces it.
+    fn enter(&self, monitor: &Monitor, change: &[Vec3], index: u32, report: &mut SolveReport) {
+        report.energy.enter(change, &self.weights);
+        monitor.announce_bounce(index, &Arc::new(change.to_vec()), report.energy.bounces[index as usize]);
+    }
+
+    /// Sweeps until no more than the settings allow is left. What rays have gathered goes to `show` after each; nothing
+    /// is returned once it is cancelled.
+    fn converge(
+        &self,
+        context: &Context,
+        direct: &[Vec3],
+        known: Option<&Known>,
+        show: &mut dyn FnMut(Vec<Vec3>, &mut SolveReport),
+        report: &mut SolveReport,
+    ) -> Option<Known> {
+        let Context { problem, monitor, .. } = *context;
+        let settings = &problem.settings;
+        let mut sweeps = Sweeps::begin(self, context, direct, settings.iteration, known, report);
+        let mut left = sweeps.left();
+        let mut sweep = 0;
+        while left > f64::from(settings.unabsorbed) && sweep < settings.bounces.unwrap_or(MOST_BOUNCES) {
+            monitor.pause_if_stepping();
+            monitor.wait_while_paused();
+            sweep += 1;
+            monitor.enter_stage(Stage::Bouncing, sweep, direct.len() as u64, left.min(1.0));
+            left = sweeps.sweep(report);
+            if monitor.is_cancelled() {
+                return None; // light that is missing at some vertices would darken the rest
+            }
+            show(sweeps.gathered(), report);
+        }
+        if sweep == 0 {
+            show(sweeps.gathered(), report);
+        }
+        let is_converged = left <= f64::from(settings.unabsorbed);
+        report.ended_by = if is_converged { EndedBy::Unabsorbed } else { EndedBy::Limit };
+        let (gathered, known) = sweeps.end(report);
+        if monitor.is_cancelled() {
+            return None;
+        }
+        show(gathered, report);
+        Some(known)
+    }
+
+    fn gather_part(
+        &self,
+        context: &Context,
+        field: &[Vec3],
+        part: (usize, usize),
+        gathered: &mut [Vec3],
+        report: &mut SolveReport,
+    ) {
+        self.rows.apply_to_part(context, &self.tessellation, field, part, gathered, report);
+    }
+
+    fn reflecting_areas(&self) -> &[DVec3] {
+        self.weights.reflecting_area()
+    }
+
+    /// The same with what it was computed from.
+    pub(super) fn named(self, info: &SolutionInfo) -> Self {
+        Self { info: Some(info.clone()), ..self }
+    }
+
+    /// The standard error of the sum of all bounces at each vertex [W/m²], the root of its mean square over the bands:
+    /// that of the samples on the lights, and that of one gather of the light of all bounces. Not in it is light of
+    /// emissive triangles that gather rays found, and the error of what they saw, which is a mean of many others.
+    fn sampling_error(&self, context: &Context, bounces: &[Arc<Vec<Vec3>>]) -> Vec<f32> {
+        let mut total = vec![Vec3::ZERO; self.buried.len()];
+        for bounce in &bounces[..bounces.len() - 1] {
+            total.iter_mut().zip(bounce.iter()).for_each(|(sum, value)| *sum += *value);
+        }
+        let gathered = self.rows.squared_errors(context, &self.tessellation, &total);
+        let gathered = self.spread_light(gathered);
+        let root =
+            |(direct, gathered): (&DirectLight, Vec3)| ((direct.squared_error + gathered).element_sum() / 3.0).sqrt();
+        self.direct.light.iter().zip(gathered).map(root).collect()
+    }
+}

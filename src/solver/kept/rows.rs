@@ -1,0 +1,193 @@
+//! The gather rays of a solve, and one bounce over them.
+//!
+//! Rows are kept as far as the memory budget goes; the others are traced again at each bounce, to the same bits: from
+//! the elements that were around a vertex when it was first traced, to the elements of that time, and from those to
+//! the elements as they are in the end.
+
+use std::sync::Arc;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::Context;
+use crate::{
+    scene::{Scene, Tessellation, tessellate::Refinement},
+    solver::solve::SolveReport,
+    transport::{RowChunk, VertexOrigins, rows::Outgoing},
+};
+
+/// Rows of some vertices.
+pub(in crate::solver) struct Rows {
+    pub(in crate::solver) vertices: Vec<u32>,
+    /// Counts alone where the rows are not kept.
+    pub(in crate::solver) chunk: RowChunk,
+    pub(in crate::solver) kept: bool,
+    /// The elements around the vertices when the rows were traced.
+    pub(in crate::solver) sources: Arc<Sources>,
+}
+
+/// Elements that rows leave from.
+pub(in crate::solver) struct Sources {
+    pub(in crate::solver) tessellation: Arc<Tessellation>,
+    pub(in crate::solver) origins: VertexOrigins,
+}
+
+impl Sources {
+    pub(in crate::solver) fn new(tessellation: Arc<Tessellation>) -> Self {
+        Self { origins: VertexOrigins::new(&tessellation), tessellation }
+    }
+}
+
+/// All rows: of every vertex that gathers.
+pub(in crate::solver) struct KeptRows {
+    rows: Vec<Rows>,
+    vertex_count: usize,
+    /// The elements that rows are traced to.
+    targets: Arc<Tessellation>,
+    /// The node of each of them and the refinement that cut them further, if one did.
+    cut_since: Option<(Vec<u32>, Refinement)>,
+}
+
+impl KeptRows {
+    /// Rows of so many vertices that were traced to `targets`, whose nodes were cut further since then.
+    pub(in crate::solver) fn new(
+        mut rows: Vec<Rows>,
+        targets: Arc<Tessellation>,
+        cut_since: Option<(Vec<u32>, Refinement)>,
+        vertex_count: usize,
+    ) -> Self {
+        if let Some((nodes, refinement)) = &cut_since {
+            rows.par_iter_mut().for_each(|rows| relocate(&mut rows.chunk, nodes, refinement));
+        }
+        Self { rows, vertex_count, targets, cut_since }
+    }
+
+    /// Enters what the rows cost, and which textures they never meet.
+    pub(in crate::solver) fn enter(&self, scene: &Scene, report: &mut SolveReport) {
+        let mut is_touched = vec![false; scene.textures.len()];
+        for Rows { chunk, .. } in &self.rows {
+            for (material, _) in scene.materials.iter().zip(chunk.touched_materials()).filter(|(_, touched)| **touched)
+            {
+                material.reflectance_texture.iter().for_each(|&texture| is_touched[texture as usize] = true);
+            }
+            report.gather_rays += chunk.rays;
+            report.gather_rays_skipped += chunk.skipped;
+            report.row_bytes += chunk.bytes() as u64;
+        }
+        // Cut-outs are looked up while rays are traced.
+        let opacities = scene.materials.iter().filter_map(|material| material.opacity_texture);
+        opacities.for_each(|texture| is_touched[texture as usize] = true);
+        report.textures_untouched = is_touched.into_iter().filter(|is_touched| !is_touched).count() as u64;
+    }
+
+    /// True if no ray has to be traced for a bounce.
+    pub(super) fn are_all_kept(&self) -> bool {
+        self.rows.iter().all(|rows| rows.kept)
+    }
+
+    /// One bounce: irradiance [W/m²] at the vertices that gather when `field` arrives at those of the elements. Each
+    /// value is shown to `receive` as soon as it is known.
+    pub(super) fn apply(
+        &self,
+        context: &Context,
+        fine: &Tessellation,
+        field: &[Vec3],
+        receive: &(dyn Fn(u32, Vec3) + Sync),
+        report: &mut SolveReport,
+    ) -> Vec<Vec3> {
+        let mut gathered = vec![Vec3::ZERO; self.vertex_count];
+        self.apply_part(context, fine, field, 0..self.rows.len(), &mut gathered, receive, report);
+        gathered
+    }
+
+    /// The same for one of `count` parts of the rows; the other vertices keep what is in `gathered`.
+    pub(super) fn apply_to_part(
+        &self,
+        context: &Context,
+        fine: &Tessellation,
+        field: &[Vec3],
+        (part, count): (usize, usize),
+        gathered: &mut [Vec3],
+        report: &mut SolveReport,
+    ) {
+        let place = |part: usize| part * self.rows.len() / count;
+        self.apply_part(context, fine, field, place(part)..place(part + 1), gathered, &|_, _| (), report);
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "what both callers have in hand")]
+    fn apply_part(
+        &self,
+        context: &Context,
+        fine: &Tessellation,
+        field: &[Vec3],
+        part: std::ops::Range<usize>,
+        gathered: &mut [Vec3],
+        receive: &(dyn Fn(u32, Vec3) + Sync),
+        report: &mut SolveReport,
+    ) {
+        let Some(first) = self.rows.first() else { return };
+        let outgoing = context.transport(&first.sources, fine).outgoing(field);
+        let part_of_work = field.len() as f64 / self.vertex_count as f64;
+        let parts: Vec<(Vec<Vec3>, u64, u64)> = self.rows[part.clone()]
+            .par_iter()
+            .map(|rows| {
+                context.monitor.wait_while_paused();
+                let mut values = vec![Vec3::ZERO; rows.vertices.len()];
+                let traced_again = (!rows.kept).then(|| self.traced_again(context, rows));
+                if !context.is_cancelled() {
+                    let chunk = traced_again.as_ref().unwrap_or(&rows.chunk);
+                    context.transport(&rows.sources, fine).apply(chunk, &outgoing, |index, value| {
+                        values[index] = value;
+                        receive(rows.vertices[index], value);
+                    });
+                }
+                let rays = traced_again.map_or(0, |chunk| chunk.rays);
+                let reused = if rows.kept { rows.chunk.rays } else { 0 };
+                context.monitor.advance((rows.vertices.len() as f64 * part_of_work) as u64, rays);
+                (values, rays, reused)
+            })
+            .collect();
+        for (Rows { vertices, .. }, (values, rays, reused)) in self.rows[part].iter().zip(parts) {
+            report.gather_rays += rays;
+            report.gather_rays_reused += reused;
+            for (&vertex, value) in vertices.iter().zip(values) {
+                gathered[vertex as usize] = value;
+            }
+        }
+    }
+
+    /// The squared standard error of one bounce's irradiance at each vertex that gathers; 0 where no rows are kept.
+    pub(super) fn squared_errors(&self, context: &Context, fine: &Tessellation, field: &[Vec3]) -> Vec<Vec3> {
+        let mut errors = vec![Vec3::ZERO; self.vertex_count];
+        let Some(first) = self.rows.first() else { return errors };
+        let outgoing: Outgoing = context.transport(&first.sources, fine).outgoing(field);
+        let of_rows = |rows: &Rows| {
+            let mut errors = vec![Vec3::ZERO; rows.vertices.len()];
+            let transport = context.transport(&rows.sources, fine);
+            transport.squared_errors(&rows.chunk, &outgoing, |index, error| errors[index] = error);
+            errors
+        };
+        let found: Vec<Vec<Vec3>> = self.rows.par_iter().map(of_rows).collect();
+        for (rows, found) in self.rows.iter().zip(found) {
+            for (&vertex, error) in rows.vertices.iter().zip(found) {
+                errors[vertex as usize] = error;
+            }
+        }
+        errors
+    }
+
+    fn traced_again(&self, context: &Context, rows: &Rows) -> RowChunk {
+        let mut chunk = RowChunk::default();
+        let transport = context.transport(&rows.sources, &self.targets);
+        transport.trace(rows.vertices.iter().copied(), &mut chunk, &|| context.is_cancelled(), |_, _, _| ());
+        if let Some((nodes, refinement)) = &self.cut_since {
+            relocate(&mut chunk, nodes, refinement);
+        }
+        chunk
+    }
+}
+
+/// Brings rows to the elements as they are in the end, from those with these nodes.
+fn relocate(chunk: &mut RowChunk, nodes: &[u32], refinement: &Refinement) {
+    chunk.relocate(|element, place| refinement.locate_in_node(nodes[element as usize], place));
+}
