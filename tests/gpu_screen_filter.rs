@@ -28,7 +28,7 @@ const ONE: u32 = 128 << 24 | 0x0080_8080;
 const NONE: u32 = 1 << 24;
 
 /// A row of pixels filtered along itself.
-fn filtered(row: &[[u32; 2]; COLUMNS]) -> Option<Vec<f64>> {
+fn filtered(row: &[[u32; 2]; COLUMNS], every: u32) -> Option<Vec<f64>> {
     let (device, queue) = device::headless().map_err(|reason| println!("skipped: {reason}")).ok()?;
     let uniforms = ScreenUniforms {
         size: [COLUMNS as u32, 1],
@@ -38,6 +38,7 @@ fn filtered(row: &[[u32; 2]; COLUMNS]) -> Option<Vec<f64>> {
         ray_step: Vec2::new(0.001, 0.001),
         filter_radius: RADIUS as f32,
         filter_depth: 0.05,
+        every,
         end: COLUMNS as u32,
         eye: Vec3::ZERO,
         ..ScreenUniforms::default()
@@ -46,7 +47,15 @@ fn filtered(row: &[[u32; 2]; COLUMNS]) -> Option<Vec<f64>> {
         device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
     };
     let uniforms = buffer(bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
-    let words = buffer(bytemuck::cast_slice(row), wgpu::BufferUsages::STORAGE);
+    let surfaces = buffer(bytemuck::cast_slice(row), wgpu::BufferUsages::STORAGE);
+    // What lies off the grid is not to be read.
+    let mut on_grid = *row;
+    on_grid.iter_mut().enumerate().filter(|(column, _)| !(*column as u32).is_multiple_of(every)).for_each(
+        |(_, words)| {
+            *words = [surface(1, false), 0xffff_ffff];
+        },
+    );
+    let words = buffer(bytemuck::cast_slice(&on_grid), wgpu::BufferUsages::STORAGE);
     let target = buffer(&[0; 16 * COLUMNS], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
     let read = device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
@@ -55,8 +64,10 @@ fn filtered(row: &[[u32; 2]; COLUMNS]) -> Option<Vec<f64>> {
         mapped_at_creation: false,
     });
     // The pass down, turned to run along the row: it is the one that leaves numbers.
-    let source =
-        format!("{SCREEN_WGSL}{}", FILTER_WGSL.replace("blur(index, vec2i(0, 1))", "blur(index, vec2i(1, 0))"));
+    let down = "blur(vec2i(pixel_of(index)), vec2i(0, 1))";
+    assert!(FILTER_WGSL.contains(down));
+    let along = FILTER_WGSL.replace(down, "blur(vec2i(pixel_of(index)), vec2i(1, 0))");
+    let source = format!("{SCREEN_WGSL}{along}");
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
         source: wgpu::ShaderSource::Wgsl(source.into()),
@@ -69,7 +80,7 @@ fn filtered(row: &[[u32; 2]; COLUMNS]) -> Option<Vec<f64>> {
         compilation_options: wgpu::PipelineCompilationOptions::default(),
         cache: None,
     });
-    let entries = [(0, &uniforms), (1, &words), (3, &target)]
+    let entries = [(0, &uniforms), (1, &words), (3, &target), (4, &surfaces)]
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
     let layout = &pipeline.get_bind_group_layout(0);
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
@@ -94,7 +105,7 @@ fn one_bright_pixel_of_a_plane_becomes_a_gaussian_whose_radius_is_three_deviatio
     let middle = COLUMNS / 2;
     let mut row = [[surface(1, false), NONE]; COLUMNS];
     row[middle][1] = ONE;
-    let Some(found) = filtered(&row) else { return };
+    let Some(found) = filtered(&row, 1) else { return };
     let gaussian = |offset: i32| (-0.5 * (3.0 * f64::from(offset) / f64::from(RADIUS)).powi(2)).exp();
     let sum: f64 = (-RADIUS..=RADIUS).map(gaussian).sum();
     for (column, value) in (0..).zip(&found) {
@@ -105,13 +116,16 @@ fn one_bright_pixel_of_a_plane_becomes_a_gaussian_whose_radius_is_three_deviatio
 }
 
 #[test]
-fn nothing_crosses_an_edge_of_depth_or_of_direction() {
+fn nothing_crosses_an_edge_of_depth_or_of_direction_on_a_grid_of_any_step() {
     for (there, name) in [(surface(2, false), "depth"), (surface(1, true), "direction"), (0, "nothing behind")] {
         let bright = |column: usize| if column < 20 { [surface(1, false), ONE] } else { [there, NONE] };
-        let Some(found) = filtered(&std::array::from_fn(bright)) else { return };
-        for (column, value) in found.iter().enumerate() {
-            let expected = if column < 20 { 2.0 * 128.0 / 255.0 } else { 0.0 };
-            assert!((value - expected).abs() < 1e-5, "{name}: {value} instead of {expected} in column {column}");
+        for every in 1..=4 {
+            let Some(found) = filtered(&std::array::from_fn(bright), every) else { return };
+            for (column, value) in found.iter().enumerate() {
+                let expected = if column < 20 { 2.0 * 128.0 / 255.0 } else { 0.0 };
+                let place = format!("column {column} of a grid of every {every}");
+                assert!((value - expected).abs() < 1e-5, "{name}: {value} instead of {expected} in {place}");
+            }
         }
     }
 }

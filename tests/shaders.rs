@@ -16,7 +16,7 @@ use radiosity::gpu::{
     mesh_view::MaterialUniforms,
     screen_space::{
         g_buffer::LayerUniforms,
-        gather::BounceUniforms,
+        gather::{BounceUniforms, GATHER_WGSL},
         lamps::{Lamp, light_source},
         show::ShowUniforms,
         uniforms::{SCREEN_WGSL, ScreenUniforms},
@@ -49,6 +49,9 @@ fn source(file: &str) -> String {
         }
         "screen_space/screen.wgsl" => text,
         "screen_space/light.wgsl" => light_source(),
+        "screen_space/gather.wgsl" | "screen_space/slices.wgsl" | "screen_space/spiral.wgsl" => {
+            format!("{SCREEN_WGSL}{GATHER_WGSL}")
+        }
         _ if file.starts_with("screen_space/") => format!("{SCREEN_WGSL}{text}"),
         "lightmap/see_by_item.wgsl" => format!("{PATCHES_WGSL}{VISIBILITY_WGSL}{text}"),
         "lightmap/receive.wgsl" | "lightmap/visibility.wgsl" | "lightmap/see_by_depth.wgsl" => {
@@ -159,7 +162,7 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
 fn what_the_screen_space_passes_share_has_the_same_layout_in_rust_and_in_the_shaders() {
     let screen = rust_layout!(ScreenUniforms: size, layers, still, ray_origin, ray_step, right, near, up, pixel_area, forward,
         taps, eye, radius, filter_radius, filter_depth, obscurance_radius, obscurance_taps, obscurance_strength,
-        obscurance_slope, unseen, source_weights, first, end, spare);
+        obscurance_slope, unseen, source_weights, first, end, every, thickness);
     assert_eq!(wgsl_layout("screen_space/screen.wgsl", "Screen"), screen);
     let layer =
         rust_layout!(LayerUniforms: reference, right, near, up, separation, forward, spare, ray_origin, ray_step);

@@ -73,6 +73,9 @@ fn settings_ui(ui: &mut Ui, settings: &mut ScreenSettings) {
     row(ui, "Taps", &help("taps"), Slider::new(&mut settings.taps, 1..=128));
     row(ui, "Turns", &help("turns"), Slider::new(&mut settings.turns, 0..=60));
     row(ui, "Radius", &help("radius"), Slider::new(&mut settings.radius, 0.01..=1.0));
+    row(ui, "Every", &help("every"), Slider::new(&mut settings.every, 1..=4).suffix(" pixels"));
+    let thickness = Slider::new(&mut settings.thickness, 1e-3..=1.0).logarithmic(true);
+    row(ui, "Thickness", &help("thickness"), thickness);
     choice_row(ui, "Weights", &help("weights"), &mut settings.weights);
     row(ui, "Unseen", &help("unseen"), Slider::new(&mut settings.unseen, 0.0..=1.0));
     row(ui, "Light samples", &help("light_samples"), Slider::new(&mut settings.light_samples, 1..=64));

@@ -74,7 +74,7 @@ impl ScreenStage {
 
 /// The light of what is shown and no more, unfiltered.
 pub(crate) fn plain() -> ScreenSettings {
-    ScreenSettings { filter: 0, unseen: 0.0, ..ScreenSettings::default() }
+    ScreenSettings { filter: 0, every: 1, unseen: 0.0, ..ScreenSettings::default() }
 }
 
 /// Relative L2 difference, as in `check::metrics`.

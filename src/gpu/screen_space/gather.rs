@@ -1,4 +1,5 @@
-//! The spiral that a bounce's taps lie on (Mara et al. 2014; Nielsen 2015, section 2.3.3).
+//! A bounce: its shader, and the spiral that taps lie on for the source's weights and for obscurance (Mara et al. 2014;
+//! Nielsen 2015, section 2.3.3).
 
 use std::f32::consts::TAU;
 
@@ -7,7 +8,8 @@ use glam::Vec4;
 use super::settings::{MOST_TAPS, ScreenSettings};
 
 /// The shader of a bounce; comes after [`super::uniforms::SCREEN_WGSL`].
-pub const GATHER_WGSL: &str = include_str!("gather.wgsl");
+pub const GATHER_WGSL: &str =
+    concat!(include_str!("gather.wgsl"), include_str!("slices.wgsl"), include_str!("spiral.wgsl"));
 /// The shader of the ambient obscurance, on the same spiral.
 pub const OBSCURANCE_WGSL: &str = include_str!("obscurance.wgsl");
 
@@ -26,8 +28,7 @@ pub struct BounceUniforms {
 }
 
 /// Cosine and sine of each tap's angle. The shader turns them by an angle of each pixel's own, and gives tap i of n the
-/// radius R σ², σ = (i + ψ) / n, ψ in [0, 1) of each pixel's own. So a tap at radius r stands for 2π r · 2 R σ / n pixels, if
-/// all pixels' spirals are taken together. (The source has the radius R σ.)
+/// radius R (i + ψ) / n, ψ in [0, 1) of each pixel's own.
 pub fn spiral(settings: &ScreenSettings) -> [Vec4; MOST_TAPS as usize] {
     let (taps, turns) = (settings.taps as f32, settings.spiral_turns() as f32);
     std::array::from_fn(|tap| {

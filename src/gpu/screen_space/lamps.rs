@@ -200,7 +200,7 @@ impl LampPass {
         let find_faces = compute_pipeline(device, &faces_module, "find_faces");
         let faces_group = super::passes::bind(device, &find_faces, &[(0, &settings), (1, &shooters), (2, &faces)], &[]);
         Self {
-            lamps: buffer("lamps", most * size_of::<Lamp>(), Usage::STORAGE | Usage::COPY_DST),
+            lamps: buffer("lamps", most * size_of::<Lamp>(), Usage::UNIFORM | Usage::COPY_DST),
             scene,
             shaders,
             hemicubes,

@@ -21,7 +21,7 @@ struct Lamp {
 }
 
 @group(0) @binding(1) var<uniform> settings: Settings;
-@group(0) @binding(2) var<storage, read> lamps: array<Lamp>;
+@group(0) @binding(2) var<uniform> lamps: array<Lamp, 64>;
 // Depth of the lamps' hemicubes.
 @group(0) @binding(3) var depth: texture_2d<f32>;
 @group(0) @binding(4) var normals: texture_2d_array<f32>;

@@ -17,10 +17,11 @@ const LARGEST_PART = 0.25;
 
 @compute @workgroup_size(64)
 fn obscure(@builtin(global_invocation_id) id: vec3u) {
-    let index = screen.first + id.x;
-    if index >= screen.end || index >= pixel_count() {
+    let number = screen.first + id.x;
+    if number >= screen.end {
         return;
     }
+    let index = entry_on_grid(number);
     let here = geometry[index];
     var open = 1.0;
     if here.w > 0.0 {
@@ -34,7 +35,7 @@ fn obscure(@builtin(global_invocation_id) id: vec3u) {
 
 fn openness(pixel: vec2f, here: vec4f) -> f32 {
     let position = here.w * view_ray(pixel);
-    let noise = jitter(pixel + 5.0);
+    let noise = jitter(pixel + 5.0 * f32(screen.every));
     let turn = vec2f(cos(2.0 * PI * noise.x), sin(2.0 * PI * noise.x));
     let size = f32(screen.size.y);
     let radius = min(screen.obscurance_radius / (here.w * sqrt(screen.pixel_area)), LARGEST_PART * size);

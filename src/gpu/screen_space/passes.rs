@@ -20,8 +20,8 @@ pub(super) enum Pass {
     FirstLayer,
     SecondLayer,
     Light,
-    Gather,
     Obscure,
+    Gather,
     Filter,
     Show,
 }
@@ -33,8 +33,8 @@ impl Pass {
         "G-buffer, first layer",
         "G-buffer, second layer",
         "direct light",
-        "gather",
         "obscurance",
+        "gather",
         "filter",
         "buffer to show",
     ];
@@ -139,20 +139,20 @@ impl Groups {
             let taps = [(0, screen), (1, geometry), (2, from), (3, &targets.gathered[bounce]), (4, &uniforms.spiral)];
             let next = &targets.outgoing[(bounce + 1) % 2];
             let rest = [(5, &numbers), (6, &targets.reflectance), (7, next), (8, &targets.indirect), (9, last)];
-            group(&pipelines.gather, &[&taps[..], &rest].concat())
+            group(&pipelines.gather, &[&taps[..], &rest, &[(10, &targets.obscurance)]].concat())
         });
         let obscured = [(2, &targets.obscured), (5, &targets.obscured_words), (6, &targets.obscurance)];
         let taps = [(0, screen), (1, geometry), (3, &uniforms.obscurance_spiral), (4, &targets.outgoing[0])];
         let filtered = [&targets.outgoing[bounces % 2], &targets.obscured_words];
-        let half = &targets.half_filtered;
+        let (half, surfaces) = (&targets.half_filtered, (4, &targets.outgoing[0]));
         let shown = [(2, geometry), (3, &targets.reflectance), (4, &targets.direct), (5, &targets.indirect)];
         Self {
             light: bind(device, &pipelines.light, &light, &light_views),
             gather: gather.collect(),
             obscure: group(&pipelines.obscure, &[&obscured[..], &taps].concat()),
-            across: filtered.map(|source| group(&pipelines.across, &[(0, screen), (1, source), (2, half)])),
+            across: filtered.map(|source| group(&pipelines.across, &[(0, screen), (1, source), (2, half), surfaces])),
             down: [&targets.indirect, &targets.obscurance]
-                .map(|target| group(&pipelines.down, &[(0, screen), (1, half), (3, target)])),
+                .map(|target| group(&pipelines.down, &[(0, screen), (1, half), (3, target), surfaces])),
             show: [0, 1].map(|page: usize| {
                 let rest = [(0, screen), (1, &uniforms.show), (6, &targets.obscurance), (7, &targets.pages[page])];
                 group(&pipelines.show, &[&rest[..], &shown].concat())

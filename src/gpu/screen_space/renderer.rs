@@ -287,20 +287,23 @@ impl ScreenRenderer {
         let pixels = picture.targets.pixels();
         let all = pixels * self.drawn.layers();
         add(Work::Pixels(Dispatch::Light), all);
-        let bounces = self.drawn.bounces as usize;
-        for bounce in 0..bounces {
-            // Of the last bounce, only what is seen counts.
-            add(Work::Pixels(Dispatch::Gather(bounce)), if bounce + 1 == bounces { pixels } else { all });
-        }
-        if self.drawn.obscurance > 0 {
-            add(Work::Pixels(Dispatch::Obscure), pixels);
-        }
+        let [columns, rows] = self.drawn.grid(picture.targets.size);
+        let (grid, grid_rows) = (columns * rows, picture.targets.size[0] * rows);
+        let filtered = |field| [(Dispatch::Across(field), grid_rows), (Dispatch::Down(field), pixels)];
         let is_filtered = self.drawn.filter_radius(self.still) > 0;
-        for (field, is_there) in [(Filtered::Light, bounces > 0), (Filtered::Obscurance, self.drawn.obscurance > 0)] {
-            if is_filtered && is_there {
-                add(Work::Pixels(Dispatch::Across(field)), pixels);
-                add(Work::Pixels(Dispatch::Down(field)), pixels);
-            }
+        let mut add_filtered = |works: &[(Dispatch, u32)], field| {
+            let filter = filtered(field).into_iter().filter(|_| is_filtered);
+            works.iter().copied().chain(filter).for_each(|(dispatch, units)| add(Work::Pixels(dispatch), units));
+        };
+        if self.drawn.obscurance > 0 {
+            add_filtered(&[(Dispatch::Obscure, grid)], Filtered::Obscurance);
+        }
+        let bounces = self.drawn.bounces as usize;
+        if bounces > 0 {
+            // Of the last bounce, only what is seen counts.
+            let units = |bounce| if bounce + 1 == bounces { grid } else { grid * self.drawn.layers() };
+            let gathers: Vec<_> = (0..bounces).map(|bounce| (Dispatch::Gather(bounce), units(bounce))).collect();
+            add_filtered(&gathers, Filtered::Light);
         }
         add(Work::Pixels(Dispatch::Show(picture.next_page)), pixels);
         steps

@@ -34,14 +34,17 @@ struct Screen {
     obscurance_taps: u32,
     obscurance_strength: f32,
     obscurance_slope: f32,
-    // The part of the light from where the picture shows nothing that is filled in by the mean of what it shows.
+    // How much of the light from where taps meet nothing is filled in by the mean of what they meet.
     unseen: f32,
     // 1 for the source's weights.
     source_weights: u32,
-    // The pixels of this submission, of all layers: first, and after the last.
+    // The pixels of this submission, of all layers (or those on the grid): first, and after the last.
     first: u32,
     end: u32,
-    spare: vec2u,
+    // Bounces are gathered at every so many pixels along each side: the grid.
+    every: u32,
+    // How far behind its front a surface hides, in local units.
+    thickness: f32,
 }
 
 @group(0) @binding(0) var<uniform> screen: Screen;
@@ -54,6 +57,24 @@ fn pixel_count() -> u32 {
 fn pixel_of(index: u32) -> vec2u {
     let place = index % pixel_count();
     return vec2u(place % screen.size.x, place / screen.size.x);
+}
+
+fn grid_size() -> vec2u {
+    return (screen.size + screen.every - 1u) / screen.every;
+}
+
+// The entry, in a buffer of all layers, of a pixel on the grid by its number there.
+fn entry_on_grid(number: u32) -> u32 {
+    let grid = grid_size();
+    let place = number % (grid.x * grid.y);
+    let pixel = screen.every * vec2u(place % grid.x, place / grid.x);
+    return number / (grid.x * grid.y) * pixel_count() + pixel.y * screen.size.x + pixel.x;
+}
+
+// The pixel on the grid that lies nearest, towards the first one.
+fn on_grid(place: vec2f) -> vec2f {
+    let every = f32(screen.every);
+    return floor(place / every) * every;
 }
 
 // The view ray through the middle of a pixel, at depth 1.
@@ -71,7 +92,8 @@ fn mean_with(before: vec4f, now: vec4f) -> vec4f {
 
 // Two numbers in [0, 1) for a pixel: the first evenly spread over its neighbours (interleaved gradient noise, Jimenez 2014),
 // both over frames (Roberts' sequence of two dimensions).
-fn jitter(pixel: vec2f) -> vec2f {
+fn jitter(entry: vec2f) -> vec2f {
+    let pixel = floor(entry / f32(screen.every));
     let weights = vec2f(0.06711056, 0.00583715);
     let angle = fract(52.9829189 * fract(dot(pixel, weights)));
     // Of the other, no pattern may be left along the first one's stripes.
@@ -102,10 +124,15 @@ fn unpack_depth(surface: u32) -> f32 {
 }
 
 fn unpack_normal(surface: u32) -> vec3f {
+    return normalize(unpack_direction(surface));
+}
+
+// The normal, but not of unit length.
+fn unpack_direction(surface: u32) -> vec3f {
     let place = unpack4x8snorm(surface).xy;
     let height = 1.0 - abs(place.x) - abs(place.y);
     let fold = max(-height, 0.0);
-    return normalize(vec3f(place - fold * sign(place), height));
+    return vec3f(place - fold * sign(place), height);
 }
 
 // Light in one word: three mantissas and an exponent that they share (Ward 1991).

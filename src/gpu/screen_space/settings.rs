@@ -20,10 +20,12 @@ pub enum SecondLayer {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Weights {
-    /// By the form factor of the area that each tap stands for: an estimate of eq. 2 over what the picture shows.
+    /// By the part of the hemisphere that each tap on a line through the pixel covers before all farther ones: an estimate
+    /// of eq. 2 over what the picture shows.
     #[default]
     Integral,
-    /// By the cosine alone, over the number of taps above the horizon (Nielsen 2015): an estimate of nothing in particular.
+    /// By the cosine alone, over the number of taps of a spiral above the horizon (Nielsen 2015): an estimate of nothing in
+    /// particular.
     Source,
 }
 
@@ -43,19 +45,26 @@ pub struct ScreenSettings {
     /// Leave out the light of later reflections, which still frames add one after the other if two or more are followed.
     #[arg(long)]
     pub no_tail: bool,
-    /// Taps of the spiral a pixel, layer and bounce: 1 to 128.
+    /// Taps a pixel, layer and bounce: 1 to 128.
     #[arg(long, value_name = "N", default_value_t = ScreenSettings::default().taps)]
     pub taps: u32,
-    /// Turns of the spiral; 0 for as many as spread that number of taps best.
+    /// Turns of the source's spiral; 0 for as many as spread that number of taps best.
     #[arg(long, value_name = "N", default_value_t = ScreenSettings::default().turns)]
     pub turns: u32,
-    /// Radius of the spiral: a part of the picture's diagonal, up to 1.
+    /// How far taps reach: a part of the picture's diagonal, up to 1.
     #[arg(long, value_name = "PART", default_value_t = ScreenSettings::default().radius)]
     pub radius: f32,
-    /// How the light of the taps is weighed.
+    /// Gather bounces at every so many pixels along each side, 1 to 4; the filter fills in what lies between.
+    #[arg(long, value_name = "PIXELS", default_value_t = ScreenSettings::default().every)]
+    pub every: u32,
+    /// How far behind its front a surface hides what is farther: a part of the scene's size, 0 to 1.
+    #[arg(long, value_name = "PART", default_value_t = ScreenSettings::default().thickness)]
+    pub thickness: f32,
+    /// How taps lie, and how their light is weighed.
     #[arg(long, value_enum, default_value_t = ScreenSettings::default().weights)]
     pub weights: Weights,
-    /// How much of the light from where the picture shows nothing is filled in by the mean of what it shows: 0 to 1.
+    /// How much of the light from where taps meet nothing is filled in by the mean of what they meet: 0 to 1. Four times as
+    /// much, but no more than all, where something is that is hidden.
     #[arg(long, value_name = "PART", default_value_t = ScreenSettings::default().unseen)]
     pub unseen: f32,
     /// Pieces that the lights are cut into, each with a shadow map of its own: 1 to 64. Over still frames they move about.
@@ -97,12 +106,14 @@ impl Default for ScreenSettings {
             taps: 23,
             turns: 0,
             radius: 0.5,
+            every: 2,
+            thickness: 0.02,
             weights: Weights::Integral,
-            unseen: 0.5,
+            unseen: 0.25,
             light_samples: 4,
             shadow_map: 512,
             shadow_bias: 0.5,
-            filter: 4,
+            filter: 8,
             filter_depth: 0.01,
             obscurance: 0,
             obscurance_radius: 0.1,
@@ -118,6 +129,8 @@ pub const MOST_TAPS: u32 = 128;
 pub const MOST_BOUNCES: u32 = 8;
 /// Pieces of the lights, at most.
 pub const MOST_LAMPS: u32 = 64;
+/// Pixels between those on the grid, at most.
+const MOST_EVERY: u32 = 4;
 /// Radius of the filter, at most.
 const MOST_FILTER: u32 = 32;
 
@@ -128,6 +141,7 @@ impl ScreenSettings {
             ("bounces", self.bounces, 0, MOST_BOUNCES),
             ("taps", self.taps, 1, MOST_TAPS),
             ("turns", self.turns, 0, 1000),
+            ("every", self.every, 1, MOST_EVERY),
             ("light-samples", self.light_samples, 1, MOST_LAMPS),
             ("shadow-map", self.shadow_map, 16, 1024),
             ("filter", self.filter, 0, MOST_FILTER),
@@ -144,6 +158,7 @@ impl ScreenSettings {
         let parts = [
             ("separation", self.separation, 0.0, 1.0),
             ("radius", self.radius, 0.001, 1.0),
+            ("thickness", self.thickness, 0.0, 1.0),
             ("unseen", self.unseen, 0.0, 1.0),
             ("shadow-bias", self.shadow_bias, 0.0, 8.0),
             ("filter-depth", self.filter_depth, 1e-4, 1.0),
@@ -159,9 +174,16 @@ impl ScreenSettings {
         if self.second_layer == SecondLayer::Off { 1 } else { 2 }
     }
 
-    /// Radius of the filter after so many still frames: it shrinks as their noise does.
+    /// Radius of the filter after so many still frames: it shrinks as their noise does, but reaches from one pixel on the
+    /// grid to the next.
     pub fn filter_radius(&self, still: u32) -> u32 {
-        (self.filter as f32 / ((still + 1) as f32).sqrt()) as u32
+        let least = if self.every > 1 { self.every } else { 0 };
+        ((self.filter as f32 / ((still + 1) as f32).sqrt()) as u32).max(least)
+    }
+
+    /// Columns and rows of the grid.
+    pub fn grid(&self, size: [u32; 2]) -> [u32; 2] {
+        size.map(|pixels| pixels.div_ceil(self.every))
     }
 
     /// Turns of the spiral.

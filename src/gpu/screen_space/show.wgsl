@@ -46,11 +46,16 @@ fn write_page(@builtin(global_invocation_id) id: vec3u) {
     }
     let index = place + show.layer * pixel_count();
     let surface = geometry[index];
+    // Only the first layer's bounces are filtered, which fills in what lies off the grid.
+    let pixel = vec2f(pixel_of(place));
+    let nearest = on_grid(pixel);
+    let step = u32(pixel.y - nearest.y) * screen.size.x + u32(pixel.x - nearest.x);
+    let gathered = index - select(0u, step, show.layer > 0u);
     var value = vec3f(0.0);
     switch show.buffer {
-        case 0u: { value = direct[index].xyz + indirect[index].xyz; }
+        case 0u: { value = direct[index].xyz + indirect[gathered].xyz; }
         case 1u: { value = direct[index].xyz; }
-        case 2u: { value = indirect[index].xyz; }
+        case 2u: { value = indirect[gathered].xyz; }
         // Normals as in the views: (n + 1) / 2.
         case 3u: { value = select(vec3f(0.0), 0.5 * vec3f(surface.xy, -surface.z) + 0.5, surface.w > 0.0); }
         case 4u: { value = coded(reflectance[index].xyz); }

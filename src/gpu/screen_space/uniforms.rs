@@ -57,12 +57,14 @@ pub struct ScreenUniforms {
     pub unseen: f32,
     /// 1 for [`Weights::Source`].
     pub source_weights: u32,
-    /// First pixel of this submission, of all layers.
+    /// First pixel of this submission, of all layers, or of those on the grid.
     pub first: u32,
     /// Pixel after the last one.
     pub end: u32,
-    /// Not used.
-    pub spare: [u32; 2],
+    /// See [`ScreenSettings::every`].
+    pub every: u32,
+    /// See [`ScreenSettings::thickness`]; in local units.
+    pub thickness: f32,
 }
 
 impl ScreenUniforms {
@@ -92,6 +94,8 @@ impl ScreenUniforms {
             obscurance_slope: OBSCURANCE_SLOPE,
             unseen: settings.unseen,
             source_weights: u32::from(settings.weights == Weights::Source),
+            every: settings.every,
+            thickness: settings.thickness * scene_size,
             ..Self::default()
         }
     }

@@ -1,0 +1,138 @@
+// Bounces by slices: planes through the eye and a pixel's surface cut the hemisphere into half discs, and lie on the picture
+// as lines, so that taps along a line meet what a ray of the slice meets, in the ray's order. Each tap covers the sectors of
+// the half disc between the ends of its piece of surface; a sector takes the light of the tap that covers it first. So what
+// hides what is known. After Therrien, Levesque and Gilet 2023, "Screen space indirect lighting with visibility bitmask"; here
+// sectors are of equal weight (eq. 2), and a tap's piece of surface reaches to the next tap's, along its own plane. Comes
+// after gather.wgsl.
+
+const SECTORS = 32.0;
+
+// A half disc about the direction to the eye: angles to one side are negative.
+struct Slice {
+    // The normal's part in it, a unit vector: to the side, and to the eye.
+    normal: vec2f,
+    // The weight of what lies below the half disc's lower end, and one over the weight of all of it.
+    lowest: f32,
+    scale: f32,
+}
+
+// The angle whose cosine this is, to 7e-5 (Abramowitz and Stegun, 4.4.45).
+fn angle_of(cosine: f32) -> f32 {
+    let x = abs(cosine);
+    let angle = sqrt(max(1.0 - x, 0.0)) * (((-0.0187293 * x + 0.0742610) * x - 0.2121144) * x + 1.5707288);
+    return select(angle, PI - angle, cosine < 0.0);
+}
+
+// Cosine to the normal times area on the sphere, from the direction to the eye to the angle whose cosine and sine are given
+// (Jimenez, Wu, Pesce and Jarabo 2016, eq. 7), for a normal that is a unit vector in the slice.
+fn weight_to(normal: vec2f, angle: f32, cosine: f32, sine: f32) -> f32 {
+    let of_normal = vec2f(select(-normal.x, normal.x, sine >= 0.0), normal.y);
+    let double = vec2f(2.0 * abs(sine) * cosine, 1.0 - 2.0 * sine * sine);
+    let weight = 0.25 * (of_normal.y - dot(double, of_normal) + 2.0 * angle * of_normal.x);
+    return select(-weight, weight, sine >= 0.0);
+}
+
+// Where a direction (to the side, and to the eye) lies between the ends of a slice, by weight: 0 to 1. What lies below the
+// surface is put at the end of its side.
+fn place_on(slice: Slice, direction: vec2f, end: f32) -> f32 {
+    let unit = direction * inverseSqrt(max(dot(direction, direction), 1e-30));
+    if dot(unit, slice.normal) <= 0.0 {
+        return end;
+    }
+    return saturate((weight_to(slice.normal, angle_of(unit.y), unit.y, unit.x) - slice.lowest) * slice.scale);
+}
+
+// Irradiance of a pixel's surface by the light of its taps, and by a guess for the rest.
+fn from_slices(pixel: vec2f, here: vec4f, openness: f32) -> vec3f {
+    let ray = view_ray(pixel);
+    let ray_length = length(ray);
+    let eye_distance = here.w * ray_length;
+    let to_eye = -ray / ray_length;
+    let noise = jitter(pixel);
+    // Turned about the direction to the eye, evenly.
+    let aside = normalize(cross(to_eye, vec3f(0.0, 1.0, 0.0)));
+    let tangent = cos(PI * noise.x) * aside + sin(PI * noise.x) * cross(to_eye, aside);
+    let normal_within = vec2f(dot(here.xyz, tangent), dot(here.xyz, to_eye));
+    let normal_length = max(length(normal_within), 1e-6);
+    let normal = normal_within / normal_length;
+    // The ends are a right angle from the normal: their cosines and sines are its own, turned.
+    let ends = vec2f(
+        weight_to(normal, angle_of(normal.x), normal.x, -normal.y),
+        weight_to(normal, angle_of(-normal.x), -normal.x, normal.y),
+    );
+    let slice = Slice(normal, ends.x, 1.0 / (ends.y - ends.x));
+    let along = normalize((tangent.xy - ray.xy * tangent.z) / screen.ray_step);
+    // The view ray at a place s pixels along the line is the pixel's own, changed by s times this.
+    let change = along * screen.ray_step;
+    let rates = vec2f(dot(change, tangent.xy), dot(change, to_eye.xy));
+    let rounding = fract(noise.x * 7.0 + noise.y);
+    let pixels = pixel_count();
+    let size = vec2f(screen.size);
+    var covered = 0u;
+    var light = vec3f(0.0);
+    var known = 0u;
+    var mean_light = vec4f(0.0);
+    // The sectors nearest to the eye that taps of either side cover.
+    var rims = vec2u(u32(SECTORS), 0u);
+    for (var side = 0u; side < 2u; side++) {
+        let steps = (screen.taps + 1u - side) / 2u;
+        let sign = select(1.0, -1.0, side == 1u);
+        let end = select(1.0, 0.0, side == 1u);
+        let within = fract(noise.y + 0.5 * f32(side));
+        for (var tap = 0u; tap < steps; tap++) {
+            // More taps lie near, where a hemisphere is filled. Each stands for the line from the last one's part to the next.
+            let parts = vec3f(f32(tap), f32(tap) + within, f32(tap) + 1.0) / f32(steps);
+            let places = sign * max(screen.radius * parts * parts, vec3f(0.75, 1.0, 1.25));
+            let place = on_grid(pixel + 0.5 + places.y * along);
+            if any(place < vec2f(0.0)) || any(place >= size) {
+                break;
+            }
+            let there_ray = view_ray(place);
+            var other = u32(place.y) * screen.size.x + u32(place.x);
+            for (var layer = 0u; layer < screen.layers; layer++) {
+                let there = outgoing[other];
+                other += pixels;
+                let depth = unpack_depth(there.x);
+                if depth <= 0.0 {
+                    continue;
+                }
+                // The surface's plane, met by the rays of both ends.
+                let there_normal = unpack_direction(there.x);
+                let height = depth * dot(there_normal, there_ray);
+                let own = dot(there_normal, ray);
+                let turn = dot(there_normal.xy, change);
+                let slants = min(own + places.xz * turn, vec2f(-1e-4));
+                let depths = clamp(height / slants, vec2f(0.5 * depth), vec2f(2.0 * depth)) + vec2f(screen.thickness, 0.0);
+                let first = depths.x * vec2f(places.x * rates.x, places.x * rates.y - ray_length);
+                let last = depths.y * vec2f(places.z * rates.x, places.z * rates.y - ray_length);
+                let to_eye_plane = vec2f(0.0, eye_distance);
+                let lower = place_on(slice, first + to_eye_plane, end);
+                let upper = place_on(slice, last + to_eye_plane, end);
+                let low = u32(min(lower, upper) * SECTORS + rounding);
+                let count = u32(max(lower, upper) * SECTORS + rounding) - low;
+                let sectors = select((1u << count) - 1u, 0xffffffffu, count >= 32u) << low;
+                let leaves = unpack_light(there.y);
+                // Of what turns its back, the light is not known.
+                if height < here.w * own {
+                    let fresh = countOneBits(sectors & ~covered);
+                    light += f32(fresh) * leaves;
+                    known += fresh;
+                }
+                covered |= sectors;
+                if count > 0u {
+                    rims = select(vec2u(rims.x, max(rims.y, low + count)), vec2u(min(rims.x, low), rims.y), side == 0u);
+                    // By the area that the tap stands for.
+                    let area = places.y * (places.z - places.x) * depth * depth * depth / max(-height, 0.02 * depth);
+                    mean_light += area * vec4f(leaves, 1.0);
+                }
+            }
+        }
+    }
+    // All slices together weigh 1.
+    let weight = normal_length / (slice.scale * SECTORS);
+    // Behind what is shown something is, taken to be as bright as what taps meet; where nothing may be, darker.
+    let open = weight * f32(max(rims.x, rims.y) - rims.y);
+    let hidden = max(1.0 - open - weight * f32(known), 0.0);
+    let guess = saturate(4.0 * screen.unseen) * hidden + screen.unseen * openness * open;
+    return weight * light + guess * mean_light.xyz / max(mean_light.w, 1e-30);
+}
