@@ -105,32 +105,6 @@ fn copy_of_shaders() -> tempfile::TempDir {
 }
 
 #[test]
-fn texels_that_a_shooter_cannot_reach_are_left_out_without_a_change_of_any_bit() {
-    let scene = Arc::new(builtin::cornell(&LoadOptions::default()).unwrap());
-    let atlas = atlas_of(&scene, &texels(1200));
-    let light = common::cornell_light().to_local(&scene.frame);
-    let settings = GpuSettings { unabsorbed: 0.1, light_side: 3, hemicube: 32, ..GpuSettings::default() };
-    let folder = copy_of_shaders();
-    let receive = folder.path().join("receive.wgsl");
-    let source = std::fs::read_to_string(&receive).unwrap();
-    let field_with = |old: &str, new: &str| {
-        assert!(source.contains(old), "{old}");
-        std::fs::write(&receive, source.replace(old, new)).unwrap();
-        let mut solver = solver(&scene, &atlas, Some(light), &settings);
-        solver.reload(&Shaders::from_folder(folder.path()).unwrap()).unwrap();
-        let solver = solved(solver);
-        (solver.fields().unwrap(), solver.ledger().shooters)
-    };
-    let culled = field_with("may_reach(block, slot)", "may_reach(block, slot)");
-    let all = field_with("if may_reach(block, slot)", "if true");
-    assert!(culled == all);
-    // With a bound that is too tight, and a height that is, it is another field.
-    for (old, new) in [("across * sine + reach > 0.0", "across * sine > 0.3"), ("block.radius - dot", "-0.2 - dot")] {
-        assert!(field_with(old, new) != all, "{new}");
-    }
-}
-
-#[test]
 fn shaders_are_taken_from_a_folder_and_the_old_ones_stay_where_the_new_do_not_compile() {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join(radiosity::gpu::lightmap::shaders::SHADER_FOLDER);
     assert!(Shaders::from_folder(&sources) == Ok(Shaders::default()));

@@ -9,7 +9,7 @@ use radiosity::gpu::{
     lightmap::{
         cutouts::Mask,
         pages::PageSettings,
-        patches::{BatchSettings, ChartGroups, Face, Group, LedgerSums, PowerSums, Receiver, ReceiverBlock, Shooter},
+        patches::{BatchSettings, ChartGroups, Face, Group, LedgerSums, PowerSums, Receiver, Shooter},
         shaders::{ON_FACE_WGSL, PATCHES_WGSL, VISIBILITY_WGSL},
     },
     map_picture::PictureUniforms,
@@ -129,7 +129,6 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
         rust_layout!(Receiver: position, area, geometric_normal, triangle, shading_normal, spare_too, reflectance,
             spare_again)
     );
-    assert_eq!(patches("Block"), rust_layout!(ReceiverBlock: centre, radius, axis, cosine));
     assert_eq!(
         patches("Group"),
         rust_layout!(Group: centre, area, origin, first, normal, count, half_u, chart, half_v, most_power,

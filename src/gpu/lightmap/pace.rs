@@ -6,8 +6,6 @@
 
 use std::{ops::Range, time::Duration};
 
-use super::patches::BLOCK;
-
 /// What a submission should take, if nothing else is asked for.
 pub const SUBMISSION_TIME: Duration = Duration::from_millis(25);
 
@@ -15,7 +13,7 @@ pub const SUBMISSION_TIME: Duration = Duration::from_millis(25);
 const BESIDE_CHOICE: f64 = 0.5;
 
 /// Receivers of a submission are a multiple of this: the threads of a workgroup.
-const GRAIN: u32 = BLOCK as u32;
+const GRAIN: u32 = 64;
 
 /// What is put into one submission.
 #[derive(Clone, Debug, PartialEq, Eq)]

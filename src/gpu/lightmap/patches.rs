@@ -72,38 +72,6 @@ pub struct Receiver {
     pub spare_again: f32,
 }
 
-/// What bounds [`BLOCK`] texels in a row, laid out as `Block` in `patches.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct ReceiverBlock {
-    /// Middle of a sphere that holds their positions.
-    pub centre: Vec3,
-    /// Its radius.
-    pub radius: f32,
-    /// Axis of a cone that holds their shading normals.
-    pub axis: Vec3,
-    /// Cosine of half its angle; 0 for a right angle or more.
-    pub cosine: f32,
-}
-
-/// Texels that one workgroup receives for.
-pub(super) const BLOCK: usize = 64;
-
-impl ReceiverBlock {
-    /// Of some texels, with what rounding may add.
-    fn new(receivers: &[Receiver]) -> Self {
-        let positions = || receivers.iter().map(|receiver| receiver.position);
-        let low = positions().fold(Vec3::INFINITY, Vec3::min);
-        let high = positions().fold(Vec3::NEG_INFINITY, Vec3::max);
-        let centre = 0.5 * (low + high);
-        let radius = positions().map(|position| position.distance(centre)).fold(0.0, f32::max);
-        let normals = || receivers.iter().map(|receiver| receiver.shading_normal);
-        let axis = normals().sum::<Vec3>().try_normalize().unwrap_or(Vec3::Z);
-        let cosine = normals().map(|normal| normal.dot(axis)).fold(1.0, f32::min);
-        Self { centre, radius: 1.001 * radius + 1e-5, axis, cosine: (cosine - 1e-4).clamp(0.0, 1.0) }
-    }
-}
-
 /// Texels that shoot as one.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -254,7 +222,8 @@ pub struct Patches {
 impl Patches {
     /// As the settings say, for the placed light, if there is one, and for what emits.
     pub fn new(atlas: &Atlas, light: Option<&AreaLight>, settings: &GpuSettings) -> Self {
-        let open = open_texels(atlas);
+        let open: Vec<u32> =
+            (0..atlas.texels.len() as u32).filter(|&index| is_open(&atlas.texels[index as usize])).collect();
         let texels: Vec<&Texel> = open.iter().map(|&index| &atlas.texels[index as usize]).collect();
         let receivers = texels.iter().map(|texel| receiver(texel)).collect();
         let mut lamps: Vec<Shooter> = light.map_or(Vec::new(), |light| lamps_of(light, settings.light_side));
@@ -268,11 +237,6 @@ impl Patches {
         let groups = groups(atlas, &texels, levels);
         let charts = charts(&groups);
         Self { receivers, texel_of_receiver: open, groups, charts, lamps, emitted }
-    }
-
-    /// What bounds the receivers, [`BLOCK`] by [`BLOCK`].
-    pub(super) fn blocks(&self) -> Vec<ReceiverBlock> {
-        self.receivers.chunks(BLOCK).map(ReceiverBlock::new).collect()
     }
 
     /// Groups that are cut no further.
@@ -295,28 +259,6 @@ fn charts(groups: &[Group]) -> Vec<ChartGroups> {
         chart
     })
     .collect()
-}
-
-/// The numbers of all open texels, chart by chart: one after the other are charts that look the same way and are near, so
-/// that [`ReceiverBlock`] bounds little.
-fn open_texels(atlas: &Atlas) -> Vec<u32> {
-    let texel = |index: u32| &atlas.texels[index as usize];
-    let open: Vec<u32> = (0..atlas.texels.len() as u32).filter(|&index| is_open(texel(index))).collect();
-    let mut charts: Vec<&[u32]> = open.chunk_by(|a, b| texel(*a).chart == texel(*b).chart).collect();
-    charts.sort_by_cached_key(|chart| {
-        let sum = |value: &dyn Fn(&Texel) -> Vec3| chart.iter().map(|index| value(texel(*index))).sum::<Vec3>();
-        let normal = sum(&|texel| texel.geometric_normal);
-        let axis = normal.abs().max_position();
-        (axis, normal[axis] < 0.0, morton(sum(&|texel| texel.position) / chart.len() as f32))
-    });
-    charts.concat()
-}
-
-/// Number of a point's cell, in Morton's order of 1024³ cells over [-1, 1]³.
-fn morton(point: Vec3) -> u32 {
-    let cell = (512.0 * (point + 1.0)).clamp(Vec3::ZERO, Vec3::splat(1023.0)).as_uvec3();
-    let spread = |value: u32| (0..10).fold(0, |sum, bit| sum | (value >> bit & 1) << (3 * bit));
-    spread(cell.x) | spread(cell.y) << 1 | spread(cell.z) << 2
 }
 
 fn is_open(texel: &Texel) -> bool {

@@ -39,15 +39,6 @@ struct Receiver {
     spare_again: f32,
 }
 
-// What bounds the texels of a workgroup of `receive`: a sphere of their positions, a cone of their normals.
-struct Block {
-    centre: vec3f,
-    radius: f32,
-    axis: vec3f,
-    // Of half the cone's angle; 0 for a right angle or more.
-    cosine: f32,
-}
-
 // Sums of power over a workgroup of `receive`.
 struct PowerSums {
     arrived: vec3f,

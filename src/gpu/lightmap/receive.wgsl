@@ -1,12 +1,11 @@
 // What shooters give to texels (eq. 2 over pairs of patches). It comes after visibility.wgsl and after what declares settings,
 // shooters and what a shooter sees (`seen`): see_by_depth.wgsl or see_by_item.wgsl. Group 0: those, receivers, irradiance,
-// unshot radiosity, sums of power by workgroup, what bounds the texels of a workgroup.
+// unshot radiosity, sums of power by workgroup.
 
 @group(0) @binding(2) var<storage, read> receivers: array<Receiver>;
 @group(0) @binding(3) var<storage, read_write> irradiance: array<vec4f>;
 @group(0) @binding(4) var<storage, read_write> unshot: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> sums: array<PowerSums>;
-@group(0) @binding(8) var<storage, read> blocks: array<Block>;
 
 // A shooter nearer than this many times the root of its area is integrated as a polygon.
 override near_ratio: f32 = 5.0;
@@ -15,23 +14,6 @@ override near_ratio: f32 = 5.0;
 const LEAST_HEIGHT: f32 = 1e-3;
 
 var<workgroup> shared_sums: array<PowerSums, 64>;
-// A bit for every shooter of the submission that may reach the workgroup's texels.
-var<workgroup> reaching: array<atomic<u32>, 4>;
-
-// False if no texel of a block is before a shooter and looks towards it: what they would get is 0.
-fn may_reach(block: Block, slot: u32) -> bool {
-    let area = shooters[slot].area;
-    let way = shooters[slot].centre - block.centre;
-    if area <= 0.0 || block.radius - dot(way, shooters[slot].normal) <= LEAST_HEIGHT * sqrt(area) {
-        return false;
-    }
-    // The greatest height of the shooter over any of their planes: the normals lie in a cone, both ends in spheres.
-    let along = dot(way, block.axis);
-    let across = sqrt(max(dot(way, way) - along * along, 0.0));
-    let sine = sqrt(1.0 - block.cosine * block.cosine);
-    let reach = block.radius + length(shooters[slot].half_u) + length(shooters[slot].half_v);
-    return along * block.cosine + across * sine + reach > 0.0;
-}
 
 // The form factor from a receiver to a shooter in full view of it. Of the shooter, only what is needed is read: that is
 // what a software driver spends its time on.
@@ -73,14 +55,6 @@ fn receive(
     @builtin(local_invocation_index) local: u32,
     @builtin(workgroup_id) group: vec3u,
 ) {
-    let block = blocks[settings.first_receiver / 64u + group.x];
-    for (var slot = settings.first_slot + local; slot < settings.end_slot; slot += 64u) {
-        if may_reach(block, slot) {
-            let place = slot - settings.first_slot;
-            atomicOr(&reaching[place / 32u], 1u << (place % 32u));
-        }
-    }
-    workgroupBarrier();
     var mine: PowerSums;
     let index = settings.first_receiver + id.x;
     if index < settings.end_receiver {
@@ -88,21 +62,15 @@ fn receive(
         // One shooter after the other, so that it does not matter which of them come in one submission.
         var total = irradiance[index].xyz;
         var still_unshot = unshot[index].xyz;
-        // A software driver runs all branches of a loop's body, but not loops that are over.
-        for (var word = 0u; word < (settings.end_slot - settings.first_slot + 31u) / 32u; word++) {
-            var left = atomicLoad(&reaching[word]);
-            while left != 0u {
-                let slot = settings.first_slot + 32u * word + firstTrailingBit(left);
-                left &= left - 1u;
-                // On a bent surface a group's own texels may lie before its plane.
-                let is_own = index - shooters[slot].first < shooters[slot].count;
-                let factor = select(form_factor(receiver, slot), 0.0, is_own);
-                if factor > 0.0 {
-                    let added = factor * seen(receiver, slot) * shooters[slot].radiosity;
-                    total += added;
-                    still_unshot += receiver.reflectance * added;
-                    mine.arrived += receiver.area * added;
-                }
+        for (var slot = settings.first_slot; slot < settings.end_slot; slot++) {
+            // On a bent surface a group's own texels may lie before its plane.
+            let is_own = index - shooters[slot].first < shooters[slot].count;
+            let factor = select(form_factor(receiver, slot), 0.0, is_own);
+            if factor > 0.0 {
+                let added = factor * seen(receiver, slot) * shooters[slot].radiosity;
+                total += added;
+                still_unshot += receiver.reflectance * added;
+                mine.arrived += receiver.area * added;
             }
         }
         irradiance[index] = vec4f(total, 0.0);

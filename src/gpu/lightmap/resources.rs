@@ -55,7 +55,6 @@ impl Pipelines {
 pub(super) struct Buffers {
     pub(super) settings: wgpu::Buffer,
     pub(super) receivers: wgpu::Buffer,
-    pub(super) blocks: wgpu::Buffer,
     pub(super) groups: wgpu::Buffer,
     pub(super) charts: wgpu::Buffer,
     pub(super) lamps: wgpu::Buffer,
@@ -101,7 +100,6 @@ impl Buffers {
         Self {
             settings: zeros("settings", size_of::<BatchSettings>(), Usage::UNIFORM | Usage::COPY_DST),
             receivers: filled("receivers", bytemuck::cast_slice(&patches.receivers), Usage::STORAGE),
-            blocks: filled("blocks", bytemuck::cast_slice(&patches.blocks()), Usage::STORAGE),
             groups: filled("groups", bytemuck::cast_slice(&patches.groups), Usage::STORAGE),
             charts: filled("charts", bytemuck::cast_slice(&patches.charts), Usage::STORAGE),
             lamps: filled("lamps", bytemuck::cast_slice(lamps), Usage::COPY_SRC),
@@ -203,10 +201,9 @@ impl HemicubeSet {
         pass: &HemicubePass,
         weights: &wgpu::Buffer,
     ) -> (wgpu::BindGroup, wgpu::BindGroup) {
-        let Buffers { settings, receivers, blocks, shooters, irradiance, unshot, sums, escaped, .. } = buffers;
+        let Buffers { settings, receivers, shooters, irradiance, unshot, sums, escaped, .. } = buffers;
         let seen = pass.hemispheres.as_ref().map_or((6, &pass.depth), |hemispheres| (7, &hemispheres.items));
-        let receive =
-            [(0, settings), (1, shooters), (2, receivers), (3, irradiance), (4, unshot), (5, sums), (8, blocks)];
+        let receive = [(0, settings), (1, shooters), (2, receivers), (3, irradiance), (4, unshot), (5, sums)];
         let find_escaped = [(0, settings), (1, shooters), (3, weights), (4, escaped)];
         (
             bind(device, &pipelines.receive, &receive, Some(seen)),

@@ -9,7 +9,7 @@ use super::{
     ledger::GpuLedger,
     pace::{Batch, Pace, Submission},
     pages::PagePass,
-    patches::{BLOCK, BatchSettings, LedgerSums, Patches, Shooter},
+    patches::{BatchSettings, LedgerSums, Patches, Shooter},
     readback::read,
     resources::{BindGroups, Buffers, HemicubeSet, MOST_SLOTS, Pipelines, check_size, device_bytes},
     rest::Moments,
@@ -338,7 +338,7 @@ impl GpuSolver {
             set.pass.draw(encoder, scene, &buffers.faces, drawn, timer.render(Pass::Hemicubes));
         }
         if !submission.receivers.is_empty() {
-            let workgroups = submission.receivers.len().div_ceil(BLOCK) as u32;
+            let workgroups = (submission.receivers.len() as u32).div_ceil(64);
             let mut pass = timer.compute(encoder, Pass::Receive);
             dispatch(&mut pass, &pipelines.receive, &set.receive, workgroups);
         }
