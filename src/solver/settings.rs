@@ -39,7 +39,8 @@ pub struct SolveSettings {
     /// Whose functions gather the light.
     #[arg(long, value_enum, default_value_t = SolveSettings::default().engine)]
     pub engine: Engine,
-    /// Hemisphere rays a vertex. 64 is a preview, 512 good, 2048 fine; powers of two suit the Sobol points.
+    /// Hemisphere rays a vertex. 64 is a preview, 512 good, 2048 fine; powers of two suit the Sobol points. With `--adaptive`
+    /// vertices that stand for little surface send fewer.
     #[arg(long, value_name = "N", default_value_t = SolveSettings::default().rays)]
     pub rays: u32,
     /// How direct light is found: by its visible part's closed form, or by samples alone.

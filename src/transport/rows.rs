@@ -141,6 +141,8 @@ pub struct Transport<'a> {
     pub seed: u64,
     /// Rays a vertex.
     pub rays: u32,
+    /// Rays of each vertex, where they are not all the same.
+    pub rays_of: Option<&'a [u32]>,
 }
 
 /// Rays between two looks at the cancel flag.
@@ -170,7 +172,7 @@ impl Transport<'_> {
                 chunk.tints.truncate(start);
                 return false;
             }
-            chunk.blocks.push(self.blocks(block_ends, &runs));
+            chunk.blocks.push(blocks(self.rays_of(vertex), block_ends, &runs));
             drop_buried(chunk, start, &mut origins, &mut runs);
             let rays: u32 = runs.iter().map(|run| run.rays).sum();
             chunk.rows.push((chunk.entries.len() as u32, rays));
@@ -196,11 +198,12 @@ impl Transport<'_> {
         let Some(first) = origins.first() else {
             return true;
         };
-        let sequence = Sequence::new(self.sampler, self.seed, vertex, Stream::Hemisphere, self.rays);
+        let rays = self.rays_of(vertex);
+        let sequence = Sequence::new(self.sampler, self.seed, vertex, Stream::Hemisphere, rays);
         let basis = frame(first.shading_normal);
-        let (sample_ends, mut block) = (block_ends_of(self.rays), 0);
+        let (sample_ends, mut block) = (block_ends_of(rays), 0);
         let has_textures = self.scene.has_reflectance_textures();
-        for index in 0..self.rays {
+        for index in 0..rays {
             if index % RAYS_PER_LOOK == 0 && is_cancelled() {
                 return false;
             }
@@ -208,7 +211,7 @@ impl Transport<'_> {
                 block_ends[block] = (chunk.entries.len() - start) as u32;
                 block += 1;
             }
-            let place = origin_of_sample(index, self.rays, origins.len());
+            let place = origin_of_sample(index, rays, origins.len());
             let direction = basis * cosine_direction(sequence.sample_2d(index));
             let run = &mut runs[place];
             run.rays += 1;
@@ -237,23 +240,8 @@ impl Transport<'_> {
         true
     }
 
-    /// Each block's end among the entries, and its rays, once buried origins are taken out of the row.
-    fn blocks(&self, ends: [u32; BLOCKS], runs: &[Run]) -> [(u32, u32); BLOCKS] {
-        let kept_before = |position: u32, length: fn(&Run) -> u32| {
-            let (mut start, mut kept) = (0, 0);
-            for run in runs {
-                let inside = position.saturating_sub(start).min(length(run));
-                kept += if run.is_buried() { 0 } else { inside };
-                start += length(run);
-            }
-            kept
-        };
-        let (sample_ends, mut rays) = (block_ends_of(self.rays), 0);
-        std::array::from_fn(|block| {
-            let before = rays;
-            rays = kept_before(sample_ends[block], |run| run.rays);
-            (kept_before(ends[block], |run| run.entries), rays - before)
-        })
+    fn rays_of(&self, vertex: u32) -> u32 {
+        self.rays_of.map_or(self.rays, |rays| rays[vertex as usize])
     }
 
     /// The squared standard error of one bounce's irradiance at each vertex of a chunk, by the scatter of its blocks.
@@ -343,6 +331,25 @@ impl Run {
     fn is_buried(&self) -> bool {
         2 * self.back_hits > self.rays
     }
+}
+
+/// Each block's end among the entries, and its rays, once buried origins are taken out of a row of `count` rays.
+fn blocks(count: u32, ends: [u32; BLOCKS], runs: &[Run]) -> [(u32, u32); BLOCKS] {
+    let kept_before = |position: u32, length: fn(&Run) -> u32| {
+        let (mut start, mut kept) = (0, 0);
+        for run in runs {
+            let inside = position.saturating_sub(start).min(length(run));
+            kept += if run.is_buried() { 0 } else { inside };
+            start += length(run);
+        }
+        kept
+    };
+    let (sample_ends, mut rays) = (block_ends_of(count), 0);
+    std::array::from_fn(|block| {
+        let before = rays;
+        rays = kept_before(sample_ends[block], |run| run.rays);
+        (kept_before(ends[block], |run| run.entries), rays - before)
+    })
 }
 
 /// The sample that each block ends before.

@@ -246,11 +246,16 @@ impl<'a> DirectElements<'a> {
     }
 }
 
-/// The area mean of what is not dark; 1 if all is dark.
+/// What is lit at once may be brighter than the mean of all surface by this factor, for its mean to be that of all light.
+const MOST_OVER_MEAN: f64 = 1.6;
+
+/// The area mean of what is not dark; 1 if all is dark. Where little is lit at once, bounces make most of the light: then
+/// [`MOST_OVER_MEAN`] times the mean of all.
 pub(super) fn mean_of_lit(field: &[Vec3], areas: &[f32]) -> f32 {
     let lit = field.iter().zip(areas).filter(|(value, _)| value.max_element() > 0.0);
     let (sum, area) = lit.fold((0.0_f64, 0.0_f64), |(sum, area), (value, share)| {
         (sum + f64::from(value.element_sum() / 3.0 * share), area + f64::from(*share))
     });
-    if sum > 0.0 { (sum / area) as f32 } else { 1.0 }
+    let all: f64 = areas.iter().map(|&area| f64::from(area)).sum();
+    if sum > 0.0 { (sum / area.max(all / MOST_OVER_MEAN)) as f32 } else { 1.0 }
 }

@@ -24,6 +24,10 @@ use crate::{
 /// Gather rays that one task traces.
 const RAYS_PER_TASK: usize = 1 << 14;
 
+/// What the first bounce may be off by in an element of the scene that nobody looked into, relative to mean light: one that
+/// is too small for this to count is not cut to find out.
+const LARGEST_DIFFERENCE: f32 = 0.25;
+
 /// The bend that an edge from a free to a buried vertex counts for: what lies along an object's foot.
 const BEND_AT_FOOT: f32 = 0.15;
 
@@ -44,6 +48,8 @@ pub(super) struct IndirectElements<'a> {
     pub(super) buried: Vec<bool>,
     /// Rows to the fine elements.
     pub(super) rows: Vec<Rows>,
+    /// Rays that were asked for so far.
+    asked_rays: u64,
     /// Mean light [W/m²] of what is lit.
     scale: f32,
     rounds: Rounds<'a>,
@@ -62,7 +68,7 @@ impl<'a> IndirectElements<'a> {
             }
             tessellation = refinement.tessellation(scene);
         }
-        let sources = Arc::new(Sources::new(Arc::new(tessellation)));
+        let sources = Arc::new(Sources::by_area(Arc::new(tessellation), context.problem.settings.rays));
         let (first_bounce, found_emission, squared_errors, bend, buried, rows) = Default::default();
         let (scale, rounds) = (fine.scale, Rounds::new(context.monitor));
         Self {
@@ -76,6 +82,7 @@ impl<'a> IndirectElements<'a> {
             bend,
             buried,
             rows,
+            asked_rays: 0,
             scale,
             rounds,
         }
@@ -95,11 +102,16 @@ impl<'a> IndirectElements<'a> {
         if self.fine.is_dark() {
             self.scale = mean_of_lit(&self.gathered(), &self.sources.tessellation.vertex_areas());
         }
-        let mut wanted: Vec<u32> = (0..self.sources.tessellation.mesh.triangles.len() as u32).collect();
+        let is_worth_a_look = |&element: &u32| {
+            let length = edge_length(&self.sources.tessellation, self.refinement.longest_edge(element));
+            LARGEST_DIFFERENCE * length > tolerance
+        };
+        let elements = 0..self.sources.tessellation.mesh.triangles.len() as u32;
+        let mut wanted: Vec<u32> = elements.filter(is_worth_a_look).collect();
         loop {
             let first_new_node = self.refinement.node_count();
             let before = self.first_bounce.len();
-            let Sources { tessellation, origins } = &*self.sources;
+            let Sources { tessellation, origins, .. } = &*self.sources;
             let mut known = self.gathered();
             for (vertex, value) in fill_buried(&tessellation.mesh, origins, &known, &self.buried) {
                 known[vertex] = value;
@@ -109,7 +121,7 @@ impl<'a> IndirectElements<'a> {
                 return;
             }
             let tessellation = self.refinement.tessellation(&self.context.problem.scene);
-            self.sources = Arc::new(Sources::new(Arc::new(tessellation)));
+            self.sources = Arc::new(Sources::by_area(Arc::new(tessellation), self.context.problem.settings.rays));
             self.gather(before);
             self.measure_bends(before, &known, &smooth);
             wanted = self.bent_elements(first_new_node, tolerance);
@@ -168,10 +180,16 @@ impl<'a> IndirectElements<'a> {
         self.rounds.begin(vertices.len() as u64);
         let budget = problem.settings.row_bytes();
         let bytes = bytes_per_ray(&problem.scene) as u64;
-        let fits = |vertex: u32| bytes * (u64::from(vertex) + 1) * u64::from(problem.settings.rays) <= budget;
+        let mut asked = self.asked_rays;
+        let asked_until = |&vertex: &u32| {
+            asked += u64::from(self.sources.rays_of(vertex, problem.settings.rays));
+            asked
+        };
+        let asked_until: Vec<u64> = vertices.iter().map(asked_until).collect();
         let traced: Vec<_> = vertices
             .par_chunks(per_task)
-            .map(|vertices| {
+            .zip(asked_until.par_chunks(per_task))
+            .map(|(vertices, asked_until)| {
                 monitor.wait_while_paused();
                 let (mut chunk, mut buried, mut emission) = (RowChunk::default(), Vec::new(), Vec::new());
                 let receive = |vertex, usable: &[SurfacePoint], found: &[Vec3]| {
@@ -185,7 +203,7 @@ impl<'a> IndirectElements<'a> {
                 transport.squared_errors(&chunk, &outgoing, |index, error| errors[index] = error);
                 buried.resize(vertices.len(), false);
                 emission.resize(vertices.len(), Vec3::ZERO);
-                let kept = vertices.last().is_none_or(|&last| fits(last));
+                let kept = asked_until.last().is_none_or(|&rays| bytes * rays <= budget);
                 if !kept {
                     chunk.forget_rows();
                 }
@@ -193,6 +211,7 @@ impl<'a> IndirectElements<'a> {
                 (vertices.to_vec(), chunk, kept, (values, errors), (emission, buried))
             })
             .collect();
+        self.asked_rays = asked;
         for (vertices, chunk, kept, (values, errors), (emission, buried)) in traced {
             self.first_bounce.extend(values);
             self.squared_errors.extend(errors);

@@ -33,7 +33,7 @@ impl Coarse {
 
     /// A field [W/m²] at the fine elements' vertices, from its values at the coarse ones'. Linear in the values.
     pub(in crate::solver) fn spread(&self, mut values: Vec<Vec3>) -> Vec<Vec3> {
-        let Sources { tessellation, origins } = &*self.sources;
+        let Sources { tessellation, origins, .. } = &*self.sources;
         for (vertex, value) in fill_buried(&tessellation.mesh, origins, &values, &self.buried) {
             values[vertex] = value;
         }

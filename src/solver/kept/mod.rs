@@ -74,6 +74,7 @@ impl Context<'_> {
             sampler: settings.sampler,
             seed: settings.seed,
             rays: settings.rays,
+            rays_of: sources.rays.as_deref(),
         }
     }
 }

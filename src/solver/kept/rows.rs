@@ -30,11 +30,35 @@ pub(in crate::solver) struct Rows {
 pub(in crate::solver) struct Sources {
     pub(in crate::solver) tessellation: Arc<Tessellation>,
     pub(in crate::solver) origins: VertexOrigins,
+    /// Rays of each vertex, where they are not all the same.
+    pub(in crate::solver) rays: Option<Vec<u32>>,
 }
+
+/// What has less than this part of all surface around it gets fewer rays.
+const WHOLE_SHARE: f32 = 1.0 / 16_000.0;
+
+/// No vertex gets fewer rays, if so many are asked for.
+const FEWEST_RAYS: u32 = 64;
 
 impl Sources {
     pub(in crate::solver) fn new(tessellation: Arc<Tessellation>) -> Self {
-        Self { origins: VertexOrigins::new(&tessellation), tessellation }
+        Self { origins: VertexOrigins::new(&tessellation), tessellation, rays: None }
+    }
+
+    /// The vertices of a tessellation with rays in proportion to the root of the area that each stands for, which makes
+    /// the least error of them: the variance of a vertex counts by its area. The largest get `most`, others a half, a
+    /// quarter or less, so that Sobol points stay whole sets.
+    pub(in crate::solver) fn by_area(tessellation: Arc<Tessellation>, most: u32) -> Self {
+        let areas = tessellation.vertex_areas();
+        let whole = WHOLE_SHARE * areas.iter().sum::<f32>();
+        let halvings = |area: f32| (0.5 * (whole / area).log2()).clamp(0.0, 31.0) as u32;
+        let rays = |&area: &f32| (most >> halvings(area)).max(most.min(FEWEST_RAYS));
+        Self { rays: Some(areas.iter().map(rays).collect()), ..Self::new(tessellation) }
+    }
+
+    /// Rays of a vertex; `most` where all have the same.
+    pub(in crate::solver) fn rays_of(&self, vertex: u32, most: u32) -> u32 {
+        self.rays.as_ref().map_or(most, |rays| rays[vertex as usize])
     }
 }
 
