@@ -1,9 +1,8 @@
 //! T: the gather rays of every vertex (eq. 4), traced once and kept as sparse rows.
 //!
-//! One set of cosine-weighted rays a vertex serves all bounces. What a ray met is kept in 8 bytes: the element and
-//! the barycentric coordinates in it, in steps of 1/65535. In scenes with textures 4 bytes more keep the texture's value
-//! there; reflectance is not kept: it is read at each bounce, so it may change. A bounce is then E_{n+1} = T E_n: a sum
-//! over each row, with no ray traced.
+//! One set of cosine-weighted rays a vertex serves all bounces. What a ray met is kept in 8 bytes, element and place in
+//! it; 4 more keep a texture's value there. Reflectance is read at each bounce, so it may change. A bounce is then
+//! E_{n+1} = T E_n: a sum over each row, with no ray traced.
 
 use glam::{UVec2, UVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
@@ -357,9 +356,8 @@ pub(super) fn block_ends_of(count: u32) -> [u32; BLOCKS] {
     std::array::from_fn(|block| (u64::from(count) * (block as u64 + 1)).div_ceil(BLOCKS as u64) as u32)
 }
 
-/// The squared standard error of the mean of all samples, from the sums over blocks of samples and their numbers: the
-/// blocks are taken as repetitions of one experiment, so it is the variance of their means over their number. Blocks of
-/// stratified or Sobol points err less together than so many repetitions would: there it is rather too large.
+/// The squared standard error of the mean of all samples, from sums over blocks of samples and their numbers: the variance
+/// of the blocks' means over their number. Of stratified or Sobol points, which err less together, it is rather too large.
 pub(super) fn squared_error(blocks: [(Vec3, u32); BLOCKS]) -> Vec3 {
     let used = || blocks.iter().filter(|(_, count)| *count > 0).map(|(sum, count)| *sum / *count as f32);
     let count = used().count() as f32;
@@ -389,11 +387,8 @@ fn drop_buried(chunk: &mut RowChunk, start: usize, origins: &mut Vec<SurfacePoin
     }
     chunk.entries.truncate(write);
     chunk.tints.truncate(write);
-    let mut index = 0;
-    origins.retain(|_| {
-        index += 1;
-        !runs[index - 1].is_buried()
-    });
+    let mut buried = runs.iter().map(Run::is_buried);
+    origins.retain(|_| buried.next() != Some(true));
     runs.retain(|run| !run.is_buried());
 }
 
