@@ -43,6 +43,9 @@ fn elements_ui(ui: &mut Ui, settings: &mut SolveSettings) {
         row(ui, "Most vertices", &help("max_vertices"), DragValue::new(&mut settings.max_vertices));
         return;
     }
+    if settings.engine == Engine::Reference {
+        choice_row(ui, "Vertex values", &help("vertex_values"), &mut settings.vertex_values);
+    }
     row(ui, "Subdivide", &help("subdivide"), Slider::new(&mut settings.subdivide, 0..=8));
     let mut graded = settings.max_edge.is_some();
     optional_row(ui, "Longest edge", &help("max_edge"), &mut graded, |ui, label| {

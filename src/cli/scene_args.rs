@@ -153,7 +153,7 @@ fn solve_settings(
 ) -> anyhow::Result<SolveSettings> {
     let settings = overlay(saved, flags, matches)?;
     let is_given = |name: &str| matches.value_source(name) == Some(ValueSource::CommandLine);
-    let is_even = !is_given("adaptive") && (is_given("subdivide") || is_given("max_edge"));
+    let is_even = !is_given("adaptive") && ["subdivide", "max_edge", "vertex_values"].into_iter().any(is_given);
     Ok(if is_even { SolveSettings { adaptive: 0.0, ..settings } } else { settings })
 }
 

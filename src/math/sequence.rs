@@ -58,11 +58,30 @@ impl Sequence {
             Sampler::Random => self.random_2d(index),
             Sampler::Stratified => stratum(index, self.sample_count, self.random_2d(index)),
             Sampler::Sobol => {
-                let scramble = mix(self.key.wrapping_add(u64::from(index / SOBOL_BLOCK))) as u32;
-                let [x, y, ..] = sobol_burley::sample_4d(index % SOBOL_BLOCK, 0, scramble);
+                let [x, y, ..] = self.sobol_4d(index);
                 Vec2::new(x, y)
             }
         }
+    }
+
+    /// Point `index` (below the sample count) in [0, 1)⁴, as two pairs: the first is [`Self::sample_2d`]. Sobol points
+    /// are spread over all four dimensions at once, stratified ones over each pair, whose cells meet in another order.
+    pub fn sample_4d(&self, index: u32) -> (Vec2, Vec2) {
+        if self.sampler == Sampler::Sobol {
+            let [x, y, z, w] = self.sobol_4d(index);
+            return (Vec2::new(x, y), Vec2::new(z, w));
+        }
+        let other = Self { key: mix(self.key), ..*self };
+        let place = match self.sampler {
+            Sampler::Stratified => shuffled(index, self.sample_count, other.key),
+            _ => index,
+        };
+        (self.sample_2d(index), other.sample_2d(place))
+    }
+
+    fn sobol_4d(&self, index: u32) -> [f32; 4] {
+        let scramble = mix(self.key.wrapping_add(u64::from(index / SOBOL_BLOCK))) as u32;
+        sobol_burley::sample_4d(index % SOBOL_BLOCK, 0, scramble)
     }
 
     fn random_2d(&self, index: u32) -> Vec2 {
@@ -83,6 +102,25 @@ fn stratum(index: u32, count: u32, jitter: Vec2) -> Vec2 {
     let y = row_start + jitter.y * cells_in_row as f32 / count as f32;
     Vec2::new(x, y).min(Vec2::splat(1.0 - f32::EPSILON))
     // </answer> if index < count { jitter } else { Vec2::ZERO }
+}
+
+/// Where `index` comes to when the numbers below `count` are shuffled: by hashing within the next power of two until the
+/// number is below `count` (cycle walking, as in Kensler 2013, "Correlated Multi-Jittered Sampling").
+fn shuffled(index: u32, count: u32, key: u64) -> u32 {
+    let bits = u32::BITS - count.saturating_sub(1).leading_zeros();
+    let mask = ((1_u64 << bits) - 1) as u32;
+    let (add, half) = ((key >> 32) as u32, bits.div_ceil(2).max(1));
+    let mut place = index;
+    loop {
+        // Each step is a bijection of the numbers up to the mask.
+        for factor in [key as u32 | 1, 0x85eb_ca6b, 0xc2b2_ae35] {
+            place = place.wrapping_add(add).wrapping_mul(factor) & mask;
+            place ^= place >> half;
+        }
+        if place < count || count == 0 {
+            return place;
+        }
+    }
 }
 
 /// A bijective 64-bit hash (the finaliser of SplitMix64, Steele, Lea and Flood 2014).
@@ -129,6 +167,31 @@ mod tests {
                 assert!(!seen[cell], "{count}: cell {cell} twice");
                 seen[cell] = true;
             }
+        }
+    }
+
+    #[test]
+    fn pairs_of_four_dimensions_fill_their_cells_in_different_orders() {
+        for sampler in [Sampler::Stratified, Sampler::Sobol] {
+            let sequence = Sequence::new(sampler, 5, 3, Stream::Hemisphere, 256);
+            let cell = |point: Vec2| (point.y * 8.0) as usize * 8 + (point.x * 8.0) as usize;
+            let pairs: Vec<(usize, usize)> = (0..256)
+                .map(|index| {
+                    let (first, second) = sequence.sample_4d(index);
+                    assert_eq!(first, sequence.sample_2d(index));
+                    (cell(first), cell(second))
+                })
+                .collect();
+            // 256 points, 8 x 8 cells, four in each; and a quarter of the first pair's square meets all of the second's.
+            for of_pair in [|pair: &(usize, usize)| pair.0, |pair: &(usize, usize)| pair.1] {
+                let mut cells: Vec<usize> = pairs.iter().map(of_pair).collect();
+                cells.sort_unstable();
+                assert_eq!(cells, (0..256).map(|index| index / 4).collect::<Vec<_>>(), "{sampler:?}");
+            }
+            let quarter = |cell: usize| (cell / 32) * 2 + cell % 8 / 4;
+            let mut met = [[0; 4]; 4];
+            pairs.iter().for_each(|&(first, second)| met[quarter(first)][quarter(second)] += 1);
+            assert!(met.as_flattened().iter().all(|&count| (8..=24).contains(&count)), "{sampler:?}: {met:?}");
         }
     }
     // </answer>

@@ -154,14 +154,20 @@ impl Tracing<'_> {
         let tessellation = Arc::clone(&self.sources.tessellation);
         let is_kept = self.keeps_rows();
         let (mut direct, mut buried, mut rows) = (DirectAtVertices::default(), Vec::new(), Vec::new());
-        for (index, chunk) in traced.into_iter().enumerate() {
+        let (mut hats, mut partly_buried) = ([Vec::new(), Vec::new()], Vec::new());
+        for (index, mut chunk) in traced.into_iter().enumerate() {
+            for [of_gather, of_direct] in chunk.rows.take_hat_rows() {
+                hats[0].push(of_gather);
+                hats[1].push(of_direct);
+            }
             direct.append(&chunk.direct);
+            partly_buried.extend(chunk.rows.partly_buried());
             buried.extend(chunk.buried);
             let vertices = self.chunk_range(index).collect();
             rows.push(Rows { vertices, chunk: chunk.rows, kept: is_kept, sources: Arc::clone(&self.sources) });
         }
         let rows = KeptRows::new(rows, Arc::clone(&tessellation), None, self.vertex_count());
-        Kept::new(self.context.problem, tessellation, (direct, buried), rows, None)
+        Kept::new(self.context.problem, tessellation, (direct, buried), rows, None).with_samples(hats, partly_buried)
     }
 }
 

@@ -11,6 +11,8 @@ mod gather;
 pub mod job;
 #[cfg(feature = "reference")]
 pub mod kept;
+#[cfg(feature = "reference")]
+mod least_squares;
 pub mod lightmap_solution;
 pub mod monitor;
 pub mod one_vertex;

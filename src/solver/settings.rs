@@ -3,7 +3,11 @@
 use clap::{Args, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::{math::sequence::Sampler, scene::tessellate::TessellationOptions, transport::lights::DirectMethod};
+use crate::{
+    math::sequence::Sampler,
+    scene::tessellate::TessellationOptions,
+    transport::{lights::DirectMethod, origins::VertexValues},
+};
 
 /// Whose functions gather the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -71,6 +75,11 @@ pub struct SolveSettings {
     /// Bisect edges until none is longer than this, in metres.
     #[arg(long, value_name = "METRES")]
     pub max_edge: Option<f64>,
+    /// What a vertex's value stands for, with elements that are cut evenly and the program's own engine: the light at the
+    /// point, its mean around the vertex, or what fits the light on the elements best. On the command line it asks for
+    /// even elements by itself.
+    #[arg(long, value_enum, default_value_t = SolveSettings::default().vertex_values)]
+    pub vertex_values: VertexValues,
     /// Cut where the light bends, until the error is about this part of the mean light; 0: cut evenly, by `--subdivide`
     /// and `--max-edge`, which on the command line say so by themselves. The engine `student` has even elements only.
     #[arg(long, value_name = "ERROR", default_value_t = SolveSettings::default().adaptive)]
@@ -115,6 +124,7 @@ impl Default for SolveSettings {
             seed: 1,
             subdivide: 0,
             max_edge: None,
+            vertex_values: VertexValues::Point,
             adaptive: 0.02,
             max_vertices: 1_000_000,
             row_memory: None,
@@ -137,6 +147,12 @@ impl SolveSettings {
     /// How the engine that is chosen adds the bounces up.
     pub fn iteration_in_use(&self) -> Iteration {
         if self.engine == Engine::Student { Iteration::Neumann } else { self.iteration }
+    }
+
+    /// What vertices' values stand for with the engine and the elements that are chosen.
+    pub fn vertex_values_in_use(&self) -> VertexValues {
+        let is_even = self.engine == Engine::Reference && !self.follows_light();
+        if is_even { self.vertex_values } else { VertexValues::Point }
     }
 
     /// True if elements are cut where the light bends.

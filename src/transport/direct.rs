@@ -7,9 +7,9 @@ use glam::{Vec2, Vec3};
 
 pub use super::visible_light::ShadowRays;
 use super::{
+    blocks::{BLOCKS, block_ends_of, squared_error},
     lights::{DirectMethod, FinderCounts, Lights, area_to_solid_angle},
     origins::samples_of_origin,
-    rows::{BLOCKS, block_ends_of, squared_error},
     sampling::{area_light_point, cosine_pdf_solid_angle, triangle_point},
     visible_light::{PolygonLight, Scratch, Seen, Sight, visible_irradiance},
 };

@@ -1,6 +1,8 @@
 //! The two operators of `E = E0 + T E` on elements: direct irradiance E0, and the transport T of reflected light.
 
 #[cfg(feature = "reference")]
+mod blocks;
+#[cfg(feature = "reference")]
 pub mod direct;
 pub mod lights;
 pub mod origins;
@@ -9,6 +11,8 @@ mod polygon;
 pub mod rows;
 #[cfg(feature = "reference")]
 pub mod sampling;
+#[cfg(feature = "reference")]
+pub mod star;
 pub mod visible_light;
 
 pub use lights::Lights;

@@ -4,12 +4,27 @@
 //! So its rays start a little inside each of the elements around it, in turn; and an element whose start is buried
 //! (its rays mostly meet back faces) is left out of the vertex's value.
 
+use clap::ValueEnum;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use crate::{
     scene::{Scene, Tessellation},
     trace::{SurfacePoint, surface::lift},
 };
+
+/// What a vertex's value stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VertexValues {
+    /// The irradiance at the vertex.
+    #[default]
+    Point,
+    /// The mean irradiance around it, weighted as the vertex is in interpolation (eq. 7).
+    Average,
+    /// What brings the interpolated field nearest to the light on the elements (Kavan, Bargteil and Sloan 2011).
+    LeastSquares,
+}
 
 /// How far the start of a ray moves from its vertex towards the middle of the element.
 const MOVE_INTO_ELEMENT: f32 = 0.01;

@@ -8,9 +8,11 @@ use glam::{UVec2, UVec3, Vec2, Vec3, Vec3A};
 use rayon::prelude::*;
 
 use super::{
+    blocks::{BLOCKS, Run, block_ends_of, blocks_of, squared_error},
     lights::{FinderCounts, Lights, area_to_solid_angle},
-    origins::{VertexOrigins, origin_of_sample},
+    origins::{VertexOrigins, VertexValues, origin_of_sample},
     sampling::{cosine_direction, cosine_pdf_solid_angle, frame},
+    star::{HatRow, Star, thin_out},
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
@@ -24,9 +26,6 @@ struct RowEntry {
     element: u32,
     barycentric: [u16; 2],
 }
-
-/// A row is made of this many blocks of consecutive samples, which tell its sampling error: see [`Transport::squared_errors`].
-pub const BLOCKS: usize = 4;
 
 impl RowEntry {
     fn place(&self) -> Vec2 {
@@ -52,8 +51,12 @@ pub struct RowChunk {
     rows: Vec<(u32, u32)>,
     /// For each vertex and block of samples: where its entries end, counted from the row's start, and its rays.
     blocks: Vec<[(u32, u32); BLOCKS]>,
+    /// For averages: whether some of a vertex's sample points are buried.
+    partly_buried: Vec<bool>,
     /// Which materials an entry lies on.
     touched: Vec<bool>,
+    /// For each vertex its weights at its sample points, and at those of direct light; for least squares.
+    hats: Vec<[HatRow; 2]>,
     /// Rays that were traced for this chunk.
     pub rays: u64,
     /// Rays that needed no tracing: they start into their own surface.
@@ -67,9 +70,19 @@ impl RowChunk {
         entries + self.rows.capacity() * size_of::<[(u32, u32); BLOCKS + 1]>()
     }
 
+    /// For averages: whether some of each vertex's sample points are buried.
+    pub fn partly_buried(&self) -> &[bool] {
+        &self.partly_buried
+    }
+
     /// Which of the scene's materials rays met; none that is black.
     pub fn touched_materials(&self) -> &[bool] {
         &self.touched
+    }
+
+    /// Takes the vertices' weights at their sample points ([`Star::hat_rows`]) out, for least squares.
+    pub fn take_hat_rows(&mut self) -> Vec<[HatRow; 2]> {
+        std::mem::take(&mut self.hats)
     }
 
     /// Moves every entry from its element and place to another.
@@ -130,6 +143,8 @@ pub struct Transport<'a> {
     pub targets: &'a Tessellation,
     /// Where rays start.
     pub origins: &'a VertexOrigins,
+    /// What a vertex's value is the mean of.
+    pub values: VertexValues,
     /// What shines: gather rays find a share of the emissive triangles' light.
     pub lights: &'a Lights,
     /// How that light is split.
@@ -160,8 +175,13 @@ impl Transport<'_> {
     ) -> bool {
         let (mut origins, mut runs, mut found) = (Vec::new(), Vec::new(), Vec::new());
         chunk.touched.resize(self.scene.materials.len(), false);
+        let mut star = Star::default();
         for vertex in vertices {
-            self.origins.collect(self.scene, self.tessellation, vertex, &mut origins);
+            if self.averages() {
+                star.collect(self, vertex, &mut origins);
+            } else {
+                self.origins.collect(self.scene, self.tessellation, vertex, &mut origins);
+            }
             let start = chunk.entries.len();
             runs.clear();
             runs.resize(origins.len(), Run::default());
@@ -171,17 +191,30 @@ impl Transport<'_> {
                 chunk.tints.truncate(start);
                 return false;
             }
-            chunk.blocks.push(blocks(self.rays_of(vertex), block_ends, &runs));
+            chunk.blocks.push(blocks_of(self.rays_of(vertex), block_ends, &runs));
+            if self.averages() {
+                chunk.partly_buried.push(runs.iter().any(Run::is_buried));
+            }
+            if self.values == VertexValues::LeastSquares {
+                chunk.hats.push(star.hat_rows(self.tessellation, |place| !runs[place].is_buried()));
+            }
             drop_buried(chunk, start, &mut origins, &mut runs);
             let rays: u32 = runs.iter().map(|run| run.rays).sum();
             chunk.rows.push((chunk.entries.len() as u32, rays));
             found.clear();
             found.extend(runs.iter().map(|run| run.emission / rays.max(1) as f32));
+            if self.averages() {
+                thin_out(&mut origins, &mut found);
+            }
             receive(vertex, &origins, &found);
         }
         chunk.entries.shrink_to_fit();
         chunk.tints.shrink_to_fit();
         true
+    }
+
+    fn averages(&self) -> bool {
+        self.values != VertexValues::Point
     }
 
     fn trace_row(
@@ -211,6 +244,7 @@ impl Transport<'_> {
                 block += 1;
             }
             let place = origin_of_sample(index, rays, origins.len());
+            let basis = if self.averages() { frame(origins[place].shading_normal) } else { basis };
             let direction = basis * cosine_direction(sequence.sample_2d(index));
             let run = &mut runs[place];
             run.rays += 1;
@@ -221,7 +255,8 @@ impl Transport<'_> {
             chunk.rays += 1;
             let Some(hit) = self.tracer.closest_hit(&ray) else { continue };
             if !hit.front {
-                run.back_hits += 1;
+                // A single ray does not tell whether its point is buried.
+                run.back_hits += u32::from(!self.averages() || origins[place].is_buried(self.tracer));
                 continue;
             }
             run.emission += self.emission(&origins[place], &ray, &hit);
@@ -239,7 +274,7 @@ impl Transport<'_> {
         true
     }
 
-    fn rays_of(&self, vertex: u32) -> u32 {
+    pub(super) fn rays_of(&self, vertex: u32) -> u32 {
         self.rays_of.map_or(self.rays, |rays| rays[vertex as usize])
     }
 
@@ -315,57 +350,6 @@ impl Outgoing {
         }
         ((sums[0] + sums[1]) / 65535.0).into()
     }
-}
-
-/// The rays that left from one origin.
-#[derive(Clone, Copy, Debug, Default)]
-struct Run {
-    rays: u32,
-    back_hits: u32,
-    entries: u32,
-    emission: Vec3,
-}
-
-impl Run {
-    fn is_buried(&self) -> bool {
-        2 * self.back_hits > self.rays
-    }
-}
-
-/// Each block's end among the entries, and its rays, once buried origins are taken out of a row of `count` rays.
-fn blocks(count: u32, ends: [u32; BLOCKS], runs: &[Run]) -> [(u32, u32); BLOCKS] {
-    let kept_before = |position: u32, length: fn(&Run) -> u32| {
-        let (mut start, mut kept) = (0, 0);
-        for run in runs {
-            let inside = position.saturating_sub(start).min(length(run));
-            kept += if run.is_buried() { 0 } else { inside };
-            start += length(run);
-        }
-        kept
-    };
-    let (sample_ends, mut rays) = (block_ends_of(count), 0);
-    std::array::from_fn(|block| {
-        let before = rays;
-        rays = kept_before(sample_ends[block], |run| run.rays);
-        (kept_before(ends[block], |run| run.entries), rays - before)
-    })
-}
-
-/// The sample that each block ends before.
-pub(super) fn block_ends_of(count: u32) -> [u32; BLOCKS] {
-    std::array::from_fn(|block| (u64::from(count) * (block as u64 + 1)).div_ceil(BLOCKS as u64) as u32)
-}
-
-/// The squared standard error of the mean of all samples, from sums over blocks of samples and their numbers: the variance
-/// of the blocks' means over their number. Of stratified or Sobol points, which err less together, it is rather too large.
-pub(super) fn squared_error(blocks: [(Vec3, u32); BLOCKS]) -> Vec3 {
-    let used = || blocks.iter().filter(|(_, count)| *count > 0).map(|(sum, count)| *sum / *count as f32);
-    let count = used().count() as f32;
-    if count < 2.0 {
-        return Vec3::ZERO;
-    }
-    let mean = used().sum::<Vec3>() / count;
-    used().map(|value| (value - mean) * (value - mean)).sum::<Vec3>() / (count * (count - 1.0))
 }
 
 /// Takes buried origins, their runs, and their entries from `start` on, out of a row.

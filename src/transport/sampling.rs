@@ -47,3 +47,40 @@ pub fn triangle_point(corners: [Vec3; 3], point: Vec2) -> (Vec2, Vec3) {
     let barycentric = if point.x < point.y { Vec2::new(half, point.y - half) } else { Vec2::new(point.x - half, half) };
     (barycentric, interpolate(corners, barycentric))
 }
+
+/// A point of a triangle with density proportional to the weight b of one corner (0, 1 or 2), from a point of the unit
+/// square; its barycentric coordinates. The weight's distribution is 3b² - 2b³ (a layer of weight b is as wide as 1 - b),
+/// whose inverse is a third of an angle (Cardano); along a layer the density is even.
+pub fn hat_point(point: Vec2, corner: usize) -> Vec2 {
+    let weight = (0.5 - ((1.0 - 2.0 * point.x).clamp(-1.0, 1.0).asin() / 3.0).sin()).clamp(0.0, 1.0);
+    let next = (1.0 - weight) * point.y;
+    match corner {
+        0 => Vec2::new(next, 1.0 - weight - next),
+        1 => Vec2::new(weight, next),
+        _ => Vec2::new(1.0 - weight - next, weight),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hat_points_are_as_dense_as_a_corner_weighs() {
+        // ∫ b_i b_j dA / ∫ b_i dA is 1/2 for j = i, else 1/4; ∫ b_i³ dA / ∫ b_i dA is 3/10 (A/3, A/6, A/12 and A/10).
+        for corner in 0..3 {
+            let (mut means, mut square) = (Vec3::ZERO, 0.0);
+            for cell in 0..4096 {
+                let point = (Vec2::new((cell % 64) as f32, (cell / 64) as f32) + 0.5) / 64.0;
+                let Vec2 { x, y } = hat_point(point, corner);
+                let weights = Vec3::new(1.0 - x - y, x, y);
+                assert!(weights.min_element() >= -1e-6, "{weights}");
+                means += weights / 4096.0;
+                square += weights[corner] * weights[corner] / 4096.0;
+            }
+            let mut expected = Vec3::splat(0.25);
+            expected[corner] = 0.5;
+            assert!(means.abs_diff_eq(expected, 1e-3) && (square - 0.3).abs() < 1e-3, "{corner}: {means}, {square}");
+        }
+    }
+}

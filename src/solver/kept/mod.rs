@@ -25,6 +25,7 @@ use super::{
     SolutionInfo,
     buried::fill_buried,
     energy::VertexWeights,
+    least_squares,
     monitor::{Monitor, Stage},
     reconstruct::point_context,
     settings::Iteration,
@@ -37,6 +38,7 @@ use crate::{
         Lights, Transport, VertexOrigins,
         direct::{DirectContext, DirectLight},
         lights::FinderCounts,
+        star::HatRow,
     },
 };
 
@@ -69,6 +71,7 @@ impl Context<'_> {
             tessellation: &sources.tessellation,
             targets,
             origins: &sources.origins,
+            values: settings.vertex_values_in_use(),
             lights: self.lights,
             finders: self.finders,
             sampler: settings.sampler,
@@ -141,6 +144,10 @@ pub(super) fn in_the_middle(points: &[SurfacePoint]) -> Option<SurfacePoint> {
 pub struct Kept {
     /// What was solved.
     problem: Problem,
+    /// The vertices' weights at their sample points, and at those of direct light, for least squares.
+    hats: [Vec<HatRow>; 2],
+    /// For averages: the vertices with sample points that are buried, and with others, whose mean is the value.
+    partly_buried: Vec<bool>,
     /// The elements in the end, and those around each of their vertices.
     tessellation: Arc<Tessellation>,
     origins: VertexOrigins,
@@ -167,17 +174,49 @@ impl Kept {
     ) -> Self {
         let origins = VertexOrigins::new(&tessellation);
         let weights = VertexWeights::new(&problem.scene, &tessellation);
-        let (known, info) = (Known::default(), None);
-        Self { problem: problem.clone(), tessellation, origins, direct, buried, rows, coarse, weights, known, info }
+        Self {
+            problem: problem.clone(),
+            tessellation,
+            origins,
+            direct,
+            buried,
+            rows,
+            coarse,
+            weights,
+            known: Known::default(),
+            info: None,
+            hats: Default::default(),
+            partly_buried: Vec::new(),
+        }
     }
 
     pub(super) fn rows(&self) -> &KeptRows {
         &self.rows
     }
 
+    /// The same, its vertices' values brought nearest to the light on the elements, by their weights at the sample points.
+    pub(super) fn with_samples(self, hats: [Vec<HatRow>; 2], partly_buried: Vec<bool>) -> Self {
+        Self { hats, partly_buried, ..self }
+    }
+
     /// Direct irradiance [W/m²] at the elements' vertices.
     pub(super) fn direct_field(&self) -> Vec<Vec3> {
-        self.filled(self.direct.light.iter().map(DirectLight::irradiance).collect())
+        self.direct_values(self.direct.light.iter().map(DirectLight::irradiance).collect())
+    }
+
+    /// The same from what was found at the vertices, or around them.
+    fn direct_values(&self, found: Vec<Vec3>) -> Vec<Vec3> {
+        let mut field = self.filled(least_squares::from_averages(&self.hats[1], found));
+        // Beside a sharp shadow the nearest field swings below 0.
+        field.iter_mut().for_each(|value| *value = value.max(Vec3::ZERO));
+        field
+    }
+
+    /// The vertices that are buried, altogether or, where they are averages, in part: a point beside them may be, too.
+    fn buried_in_part(&self) -> Vec<bool> {
+        let mut buried = self.buried.clone();
+        buried.iter_mut().zip(&self.partly_buried).for_each(|(buried, partly)| *buried |= *partly);
+        buried
     }
 
     /// Gives buried vertices their neighbours' values.
@@ -193,7 +232,7 @@ impl Kept {
         if let Some(coarse) = &self.coarse {
             return coarse.spread(values);
         }
-        self.filled(values)
+        self.filled(least_squares::from_averages(&self.hats[0], values))
     }
 
     /// The same as it is shown: a smooth field may swing below 0 where light falls steeply. Bounces go on from what is
@@ -222,7 +261,7 @@ impl Kept {
             monitor.announce_sampling_error(self.sampling_error(context, &bounces));
         }
         self.known = known;
-        let (buried, tessellation) = (self.buried.clone(), Arc::clone(&self.tessellation));
+        let (buried, tessellation) = (self.buried_in_part(), Arc::clone(&self.tessellation));
         let needs_rows = context.problem.settings.bounces != Some(0);
         let is_whole = self.rows.are_all_kept() || !needs_rows;
         Computed { bounces, buried, tessellation, kept: (is_whole && !context.lights.is_empty()).then_some(self) }

@@ -90,7 +90,7 @@ impl Kept {
         let context = Context { problem: &problem, monitor, lights: &lights, finders, is_cancelled: &is_cancelled };
         let changes = self.changes(&problem);
         let mut report = SolveReport::new(&lights, scene, iteration);
-        let direct = self.filled(self.direct_light(&context, changes, &mut report));
+        let direct = self.direct_values(self.direct_light(&context, changes, &mut report));
         report.seconds_following_direct = started.elapsed().as_secs_f64();
         let changed_weights = changes.materials.then(|| VertexWeights::new(scene, &self.tessellation));
         let weights = changed_weights.as_ref().unwrap_or(&self.weights);
@@ -101,7 +101,7 @@ impl Kept {
             self.converged(&context, direct, weights, changes, &mut report)
         };
         report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
-        let (buried, tessellation) = (self.buried.clone(), Arc::clone(&self.tessellation));
+        let (buried, tessellation) = (self.buried_in_part(), Arc::clone(&self.tessellation));
         let info = self.info_of(&problem, changes, monitor);
         Computed { bounces, buried, tessellation, kept: None }.into_solved(info, report, (monitor, started))
     }
