@@ -49,7 +49,7 @@ impl Star {
     }
 
     /// The mean weights of the vertices at those sample points that `is_used`, and at the few of them where direct light
-    /// is computed ([`is_direct`]).
+    /// is computed.
     pub fn hat_rows(&self, tessellation: &Tessellation, is_used: impl Fn(usize) -> bool) -> [HatRow; 2] {
         let used: Vec<usize> = (0..self.places.len()).filter(|&place| is_used(place)).collect();
         let mean = |places: &mut dyn Iterator<Item = usize>| {
