@@ -39,7 +39,7 @@ fn at_map(place: vec3f) -> vec3f {
 }
 
 fn field(in: Fragment) -> vec3f {
-    var place = in.map_place;
+    var place = in.map_place.xyz / in.map_place.w;
     if ON_SCREEN {
         place = vec3f(in.clip.xy * frame.range.zw, 0.0);
     }

@@ -44,8 +44,9 @@ struct Fragment {
     @location(1) texcoord: vec2f,
     @location(2) irradiance: vec3f,
     @location(3) buried: f32,
-    // Not outside of the triangle, where the map has another chart.
-    @location(4) @interpolate(perspective, centroid) map_place: vec3f,
+    // Not outside of the triangle, where the map has another chart. The last number is 1: some drivers divide what they
+    // interpolate at the centroid by the depth at the pixel's middle, and it by so much.
+    @location(4) @interpolate(perspective, centroid) map_place: vec4f,
 }
 
 @vertex
@@ -66,7 +67,7 @@ fn vertex(in: VertexIn) -> Fragment {
         out.buried = in.buried;
     }
     if HAS_MAP {
-        out.map_place = in.map_place;
+        out.map_place = vec4f(in.map_place, 1.0);
     }
     return out;
 }
