@@ -16,7 +16,7 @@ use radiosity::{
         lightmap::{GpuSolver, Stage as Pages},
     },
     lightmap::{Ambient, Atlas, GpuSettings, pages_of},
-    scene::Scene,
+    scene::{Scene, Tessellation, camera::CameraState, tessellate::TessellationOptions},
     trace::{Ray, RayTracer as _, Tracer},
 };
 
@@ -141,6 +141,30 @@ fn a_view_shows_at_every_pixel_what_the_map_has_there() {
     assert!(mapped.wrong_part(&frame, texel) > 0.2);
     let wrong = mapped.wrong_part(&nearest, texel);
     assert!(wrong < 0.02, "{:.2} % of the pixels", 100.0 * wrong); // edges, of texels too
+}
+
+/// Expected: the same walls in few elements. Pixels along elements' edges are interpolated at their centroids, up to half
+/// a pixel aside, which is some levels; texels of another place are many.
+#[test]
+fn at_a_slant_no_line_is_drawn_along_the_elements_edges() {
+    let mut mapped = Mapped::new(&GpuSettings::default());
+    mapped.solver.fill_pages(Pages::Irradiance).unwrap();
+    let low = CameraState { position: [0.278, 0.03, -0.4], target: [0.278, 0.02, 0.5], ..CameraState::default() };
+    let camera = low.to_local(&mapped.subjects.scene.frame);
+    let mut pictures = [1, 6].map(|subdivide| {
+        let options = TessellationOptions { subdivide, max_edge: None };
+        let elements = Tessellation::new(&mapped.subjects.scene, &options).unwrap();
+        let charts = &mapped.atlas.charts;
+        let geometry = Arc::new(ViewGeometry::with_map(&mapped.subjects.scene, &elements, charts).unwrap());
+        let field = Arc::new(vec![Vec3::ZERO; elements.mesh.positions.len()]);
+        let frame = mapped.frame(Shading::Irradiance);
+        mapped.stage.picture(&ViewFrame { geometry, field, camera, antialias: true, ..frame })
+    });
+    let [few, many] = &mut pictures;
+    let apart = |(a, b): (&image::Rgba<u8>, &image::Rgba<u8>)| (0..3).any(|band| a.0[band].abs_diff(b.0[band]) > 32);
+    let wrong = few.pixels().zip(many.pixels()).filter(|pair| apart(*pair)).count();
+    let lit = few.pixels().filter(|pixel| pixel.0[0] > 20).count();
+    assert!(lit > 10_000 && wrong == 0, "{wrong} pixels differ, {lit} are lit");
 }
 
 #[test]
