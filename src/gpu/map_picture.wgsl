@@ -85,7 +85,7 @@ fn depth(@builtin(position) position: vec4f) -> @location(0) vec4f {
     if stored <= 0.0 {
         return shown(vec3f(0.1, 0.1, 0.25));
     }
-    // White is near; each halving of the grey is four times as far.
+    // White is near; an eighth darker with each doubling of the distance.
     return shown(vec3f(clamp(1.0 + 0.125 * log2(0.02 * stored / NEAR), 0.05, 1.0)));
 }
 
