@@ -8,6 +8,7 @@ use super::App;
 use super::{notices::Level, solving::Solving};
 
 /// What the switch does, for its tooltip and the help.
+#[cfg(feature = "reference")]
 pub(super) const RELIGHT_LIVE: &str = "After a complete solve, light and materials that are changed light its rays again \
     at once: no ray is traced anew, but those for direct light. The elements stay as they followed the light of the \
     solve; ENTER cuts them anew. Settings, and materials that were black, wait for ENTER; so does everything where the \
