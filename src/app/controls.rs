@@ -2,6 +2,13 @@
 
 use egui::{DragValue, Response, Ui, Widget};
 
+/// The help of a setting's flag, by its field: so that there is one source.
+pub(super) fn flag_help<Settings: clap::Args>(field: &str) -> String {
+    let command = Settings::augment_args(clap::Command::new("settings"));
+    let argument = command.get_arguments().find(|argument| argument.get_id() == field);
+    argument.and_then(clap::Arg::get_help).map(ToString::to_string).unwrap_or_default()
+}
+
 /// A row of a two-column grid. The control takes the name, for screen readers and tests.
 pub(super) fn row(ui: &mut Ui, name: &str, tooltip: &str, control: impl Widget) -> Response {
     let label = ui.label(name).on_hover_text(tooltip);

@@ -10,13 +10,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-use clap::Args as _;
 use egui::{Slider, Ui};
 use glam::Vec3;
 
 use super::{
     command::Command,
-    controls::{choice_row, row, rows},
+    controls::{choice_row, flag_help, row, rows},
     elements::{Elements, elements_for},
     results::Results,
     solving::SolveInput,
@@ -181,9 +180,7 @@ pub struct FactorsPanel {
 
 /// The help of a flag of `radiosity form-factors`, by its field.
 fn help(field: &str) -> String {
-    let command = FormFactorSettings::augment_args(clap::Command::new("settings"));
-    let argument = command.get_arguments().find(|argument| argument.get_id() == field);
-    argument.and_then(clap::Arg::get_help).map(ToString::to_string).unwrap_or_default()
+    flag_help::<FormFactorSettings>(field)
 }
 
 impl FactorsPanel {

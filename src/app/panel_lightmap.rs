@@ -2,12 +2,11 @@
 
 use std::sync::Arc;
 
-use clap::Args as _;
 use egui::{Rect, Sense, Slider, Ui};
 
 use super::{
     command::Command,
-    controls::{choice_row, row, rows},
+    controls::{choice_row, flag_help, row, rows},
     factors_job::FactorsPanel,
     lightmap_job::{LightmapJob, ShownMap},
     results::{Field, Results},
@@ -114,9 +113,8 @@ impl Comparison {
 
 /// The help of a flag of `radiosity lightmap`, by its field.
 fn help(field: &str) -> String {
-    let command = LightmapSettings::augment_args(GpuSettings::augment_args(clap::Command::new("settings")));
-    let argument = command.get_arguments().find(|argument| argument.get_id() == field);
-    argument.and_then(clap::Arg::get_help).map(ToString::to_string).unwrap_or_default()
+    let help = flag_help::<GpuSettings>(field);
+    if help.is_empty() { flag_help::<LightmapSettings>(field) } else { help }
 }
 
 impl LightmapPanel {

@@ -1,10 +1,10 @@
 //! The panel of the screen-space view.
 
-use clap::{Args as _, ValueEnum as _};
+use clap::ValueEnum as _;
 use egui::{Slider, Ui};
 
 use super::{
-    controls::{choice_row, row, rows},
+    controls::{choice_row, flag_help, row, rows},
     panel_lightmap::times_ui,
     screen_job::{ScreenJob, ShownScreen},
 };
@@ -25,9 +25,7 @@ pub struct ScreenPanel {
 
 /// The help of a flag of `radiosity screen-space`, by its field.
 fn help(field: &str) -> String {
-    let command = ScreenSettings::augment_args(clap::Command::new("settings"));
-    let argument = command.get_arguments().find(|argument| argument.get_id() == field);
-    argument.and_then(clap::Arg::get_help).map(ToString::to_string).unwrap_or_default()
+    flag_help::<ScreenSettings>(field)
 }
 
 impl ScreenPanel {

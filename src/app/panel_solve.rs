@@ -1,9 +1,8 @@
 //! The panel of the solver: one control for each field of the settings.
 
-use clap::Args as _;
 use egui::{DragValue, Slider, Ui};
 
-use super::controls::{choice_row, optional_row, row, rows};
+use super::controls::{choice_row, flag_help, optional_row, row, rows};
 use crate::solver::{Engine, SolveSettings};
 
 /// Row memory to begin with where it is limited, in MiB.
@@ -22,9 +21,7 @@ pub struct SolveStatus {
 
 /// The text of each field of the settings, by its name: the help of its flag, so that there is one source.
 pub fn setting_help(field: &str) -> String {
-    let command = SolveSettings::augment_args(clap::Command::new("settings"));
-    let argument = command.get_arguments().find(|argument| argument.get_id() == field);
-    argument.and_then(clap::Arg::get_help).map(ToString::to_string).unwrap_or_default()
+    flag_help::<SolveSettings>(field)
 }
 
 /// The controls of how elements are cut; of following the light and cutting evenly, those of what is chosen.

@@ -77,7 +77,8 @@ impl Method {
 ///
 /// Each method is run with several budgets, each several times. The folder gets `bench.csv`, with the median's seconds by
 /// stage, rays, bytes and errors, and a plot of error against seconds, `bench.svg` and `bench.png`. Seconds are those of
-/// tree, elements and solve; reading files is left out, and so is merging flat neighbours, which is done for all methods. Errors are relative L2 over the truth's lit points, as in `compare`.
+/// tree, elements and solve; reading files is left out, and so is merging flat neighbours, which is done for all methods.
+/// Errors are relative L2 over the truth's lit points, as in `compare`.
 #[derive(Clone, Debug, Args)]
 pub struct BenchArgs {
     /// The scene.

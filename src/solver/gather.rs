@@ -58,8 +58,9 @@ pub(super) fn solve(problem: &Problem, monitor: &Monitor, lights: &Lights, repor
     enter_traced(&traced, report);
     let kept = tracing.keep(traced);
     kept.rows().enter(&problem.scene, report);
-    monitor.set_live(&kept.direct_field());
-    let computed = kept.solve(&context, report);
+    let direct = kept.direct_field();
+    monitor.set_live(&direct);
+    let computed = kept.solve(&context, direct, report);
     report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
     computed
 }

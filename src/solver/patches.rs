@@ -1,10 +1,10 @@
 //! The elements of a tessellation as patches of constant radiosity, for form factors.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::form_factors::FormFactors;
 use crate::{
-    scene::{Scene, Tessellation, reflectance::triangle_mean_reflectance},
+    scene::{Scene, Tessellation, mesh::interpolate, reflectance::triangle_mean_reflectance},
     trace::surface::lift,
 };
 
@@ -85,12 +85,12 @@ fn opaque_share(scene: &Scene, tessellation: &Tessellation, element: u32) -> f32
     if !scene.may_be_cut_out(triangle) {
         return 1.0;
     }
-    let [a, b, c] = tessellation.corner_barycentrics[element as usize];
+    let corners = tessellation.corner_barycentrics[element as usize];
     let thirds = |index: u32| (index as f32 + 1.0 / 3.0) / SIDE as f32;
     let points = (0..SIDE).flat_map(|row| (0..SIDE - row).map(move |column| (thirds(column), thirds(row))));
     let (mut opaque, mut all) = (0, 0);
     for (u, v) in points {
-        opaque += u32::from(!scene.is_cut_out(triangle, a + u * (b - a) + v * (c - a)));
+        opaque += u32::from(!scene.is_cut_out(triangle, interpolate(corners, Vec2::new(u, v))));
         all += 1;
     }
     opaque as f32 / all as f32

@@ -274,7 +274,8 @@ impl Transport<'_> {
         true
     }
 
-    pub(super) fn rays_of(&self, vertex: u32) -> u32 {
+    /// Rays of a vertex.
+    pub fn rays_of(&self, vertex: u32) -> u32 {
         self.rays_of.map_or(self.rays, |rays| rays[vertex as usize])
     }
 

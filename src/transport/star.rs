@@ -5,8 +5,8 @@ use glam::{Vec2, Vec3};
 use super::{rows::Transport, sampling::hat_point};
 use crate::{
     math::sequence::{Sequence, Stream},
-    scene::{Scene, Tessellation, mesh::interpolate},
-    trace::{SurfacePoint, surface::lift},
+    scene::{Tessellation, mesh::interpolate},
+    trace::SurfacePoint,
 };
 
 /// Direct light is computed at no more than this many of a vertex's sample points.
@@ -43,7 +43,9 @@ impl Star {
             let element = around[chosen];
             let corner = tessellation.mesh.triangles[element as usize].iter().position(|&corner| corner == vertex);
             let barycentric = hat_point(Vec2::new(rest, place.y), corner.unwrap_or(0));
-            points.push(point_of(scene, tessellation, element, barycentric));
+            let triangle = tessellation.scene_triangle[element as usize];
+            let on_triangle = interpolate(tessellation.corner_barycentrics[element as usize], barycentric);
+            points.push(SurfacePoint::new(scene, triangle, on_triangle));
             self.places.push((element, barycentric));
         }
     }
@@ -102,23 +104,10 @@ fn choose(areas: &[f32], place: f32) -> (usize, f32) {
     let mut before = 0.0;
     for (index, &area) in areas.iter().enumerate() {
         if place < before + area || index + 1 == areas.len() {
-            return (index, ((place - before) / area).clamp(0.0, 1.0));
+            // An area may be nothing.
+            return (index, ((place - before) / area.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0));
         }
         before += area;
     }
     (0, 0.0)
-}
-
-fn point_of(scene: &Scene, tessellation: &Tessellation, element: u32, barycentric: Vec2) -> SurfacePoint {
-    let triangle = tessellation.scene_triangle[element as usize];
-    let geometric_normal = scene.mesh.geometric_normal(triangle);
-    let position: Vec3 = interpolate(tessellation.mesh.corners(element), barycentric);
-    let normals =
-        tessellation.mesh.triangles[element as usize].map(|vertex| tessellation.mesh.normals[vertex as usize]);
-    SurfacePoint {
-        origin: lift(position, geometric_normal, scene.mesh.corners(triangle)),
-        geometric_normal,
-        shading_normal: interpolate(normals, barycentric).normalize_or(geometric_normal),
-        triangle,
-    }
 }

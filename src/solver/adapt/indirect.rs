@@ -50,6 +50,8 @@ pub(super) struct IndirectElements<'a> {
     pub(super) rows: Vec<Rows>,
     /// Rays that were asked for so far.
     asked_rays: u64,
+    /// Memory for rows.
+    row_bytes: u64,
     /// Mean light [W/m²] of what is lit.
     scale: f32,
     rounds: Rounds<'a>,
@@ -83,6 +85,7 @@ impl<'a> IndirectElements<'a> {
             buried,
             rows,
             asked_rays: 0,
+            row_bytes: context.problem.settings.row_bytes(),
             scale,
             rounds,
         }
@@ -178,11 +181,10 @@ impl<'a> IndirectElements<'a> {
         let per_task = (RAYS_PER_TASK / problem.settings.rays.max(1) as usize).clamp(1, 1024);
         let vertices: Vec<u32> = (first as u32..self.sources.tessellation.mesh.positions.len() as u32).collect();
         self.rounds.begin(vertices.len() as u64);
-        let budget = problem.settings.row_bytes();
         let bytes = bytes_per_ray(&problem.scene) as u64;
         let mut asked = self.asked_rays;
         let asked_until = |&vertex: &u32| {
-            asked += u64::from(self.sources.rays_of(vertex, problem.settings.rays));
+            asked += u64::from(transport.rays_of(vertex));
             asked
         };
         let asked_until: Vec<u64> = vertices.iter().map(asked_until).collect();
@@ -203,7 +205,7 @@ impl<'a> IndirectElements<'a> {
                 transport.squared_errors(&chunk, &outgoing, |index, error| errors[index] = error);
                 buried.resize(vertices.len(), false);
                 emission.resize(vertices.len(), Vec3::ZERO);
-                let kept = asked_until.last().is_none_or(|&rays| bytes * rays <= budget);
+                let kept = asked_until.last().is_none_or(|&rays| bytes * rays <= self.row_bytes);
                 if !kept {
                     chunk.forget_rows();
                 }

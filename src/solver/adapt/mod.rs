@@ -58,9 +58,9 @@ pub(super) fn solve(problem: &Problem, monitor: &Monitor, lights: &Lights, repor
     let is_cancelled = || monitor.is_cancelled();
     let finders = finders(problem, lights);
     let context = Context { problem, monitor, lights, finders, is_cancelled: &is_cancelled };
-    let kept = adapt(&context, report);
+    let (kept, direct) = adapt(&context, report);
     let started = Instant::now();
-    let computed = kept.solve(&context, report);
+    let computed = kept.solve(&context, direct, report);
     report.bounce_seconds = started.elapsed().as_secs_f64();
     computed
 }
@@ -73,7 +73,8 @@ fn finders(problem: &Problem, lights: &Lights) -> FinderCounts {
     FinderCounts { gather, light: settings.light_rays }
 }
 
-fn adapt(context: &Context, report: &mut SolveReport) -> Kept {
+/// The elements with their rows, and direct irradiance [W/m²] on them.
+fn adapt(context: &Context, report: &mut SolveReport) -> (Kept, Vec<Vec3>) {
     let Context { problem, monitor, .. } = *context;
     let started = Instant::now();
     let error = problem.settings.adaptive;
@@ -102,12 +103,15 @@ fn adapt(context: &Context, report: &mut SolveReport) -> Kept {
     report.enter_shadow_rays(&shadow_rays);
     rows.enter(&problem.scene, report);
     let kept = Kept::new(problem, Arc::clone(&tessellation), (direct, buried), rows, Some(coarse));
-    let mut shown = kept.direct_field();
+    let direct = kept.direct_field();
     if monitor.is_watched() {
-        shown.iter_mut().zip(kept.spread_light(first_bounce)).for_each(|(sum, bounce)| *sum += bounce);
+        let bounce = kept.spread_light(first_bounce);
+        let shown: Vec<Vec3> = direct.iter().zip(bounce).map(|(direct, bounce)| *direct + bounce).collect();
+        monitor.show_elements(&tessellation, &shown);
+    } else {
+        monitor.show_elements(&tessellation, &direct);
     }
-    monitor.show_elements(&tessellation, &shown);
-    kept
+    (kept, direct)
 }
 
 /// Cuts; false if nothing was cut: nothing is wanted, there would be too many, or it is cancelled.

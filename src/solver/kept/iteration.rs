@@ -2,8 +2,8 @@
 //! spread from the vertices that gather to those of the elements.
 //!
 //! All begin with one gather of direct light, g = R ρ E0, and end with one gather of all light (of which the Krylov
-//! method knows the result). So the ledger's totals
-//! are exact whatever lies between: what left the surfaces is the light before the last gather, what arrived that after.
+//! method knows the result). So the ledger's totals are exact whatever lies between: what left the surfaces is the light
+//! before the last gather, what arrived that after.
 
 use glam::{DVec3, Vec3};
 

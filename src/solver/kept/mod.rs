@@ -5,6 +5,7 @@
 //! between them is smooth (`coarse`).
 
 mod coarse;
+mod direct;
 mod iteration;
 mod krylov;
 mod relight;
@@ -17,6 +18,7 @@ use glam::{DVec3, Vec3};
 
 pub(super) use self::{
     coarse::Coarse,
+    direct::{DirectAtVertices, in_the_middle, mean},
     rows::{KeptRows, Rows, Sources},
     smooth::{SmoothField, SmoothValues},
 };
@@ -33,7 +35,6 @@ use super::{
 };
 use crate::{
     scene::Tessellation,
-    trace::SurfacePoint,
     transport::{
         Lights, Transport, VertexOrigins,
         direct::{DirectContext, DirectLight},
@@ -80,64 +81,6 @@ impl Context<'_> {
             rays_of: sources.rays.as_deref(),
         }
     }
-}
-
-/// Direct light at the vertices of a solve's elements.
-#[derive(Clone, Default)]
-pub(super) struct DirectAtVertices {
-    /// As it was found; 0 at buried vertices.
-    pub(super) light: Vec<DirectLight>,
-    /// The points at which another light is found, of one vertex after the other.
-    points: Vec<SurfacePoint>,
-    /// Where those of each vertex end.
-    ends: Vec<u32>,
-}
-
-impl DirectAtVertices {
-    /// Adds a vertex with the points where its light was found.
-    pub(super) fn push(&mut self, light: DirectLight, points: &[SurfacePoint]) {
-        self.light.push(light);
-        self.points.extend(points);
-        self.ends.push(self.points.len() as u32);
-    }
-
-    /// Adds the vertices of another one.
-    pub(super) fn append(&mut self, other: &Self) {
-        let before = self.points.len() as u32;
-        self.light.extend(&other.light);
-        self.points.extend(&other.points);
-        self.ends.extend(other.ends.iter().map(|end| before + end));
-    }
-
-    fn points_of(&self, vertex: u32) -> &[SurfacePoint] {
-        let end = |vertex: usize| self.ends[vertex] as usize;
-        let start = (vertex as usize).checked_sub(1).map_or(0, end);
-        &self.points[start..end(vertex as usize)]
-    }
-}
-
-/// The mean of direct light found at several points.
-pub(super) fn mean(found: impl Iterator<Item = DirectLight>) -> DirectLight {
-    let (mut mean, mut count) = (DirectLight::default(), 0.0_f32);
-    for light in found {
-        mean.area_light += light.area_light;
-        mean.emitters += light.emitters;
-        mean.squared_error += light.squared_error;
-        count += 1.0;
-    }
-    mean.area_light /= count.max(1.0);
-    mean.emitters /= count.max(1.0);
-    mean.squared_error /= (count * count).max(1.0);
-    mean
-}
-
-/// The middle of points on one plane, in place of them all, if they are: origins of one vertex lie so near to each other
-/// that light changes in a line between them.
-pub(super) fn in_the_middle(points: &[SurfacePoint]) -> Option<SurfacePoint> {
-    let first = points.first()?;
-    let is_same = |point: &SurfacePoint| point.geometric_normal.dot(first.geometric_normal) > 1.0 - 1e-6;
-    let middle = points.iter().map(|point| point.origin).sum::<Vec3>() / points.len() as f32;
-    points.iter().all(is_same).then_some(SurfacePoint { origin: middle, ..*first })
 }
 
 /// A solve's elements, with what is known on them.
@@ -194,7 +137,8 @@ impl Kept {
         &self.rows
     }
 
-    /// The same, its vertices' values brought nearest to the light on the elements, by their weights at the sample points.
+    /// The same of averages: the vertices that are buried in part; and for least squares, which bring the vertices' values
+    /// nearest to the light on the elements, their weights at the sample points.
     pub(super) fn with_samples(self, hats: [Vec<HatRow>; 2], partly_buried: Vec<bool>) -> Self {
         Self { hats, partly_buried, ..self }
     }
@@ -206,10 +150,8 @@ impl Kept {
 
     /// The same from what was found at the vertices, or around them.
     fn direct_values(&self, found: Vec<Vec3>) -> Vec<Vec3> {
-        let mut field = self.filled(least_squares::from_averages(&self.hats[1], found));
         // Beside a sharp shadow the nearest field swings below 0.
-        field.iter_mut().for_each(|value| *value = value.max(Vec3::ZERO));
-        field
+        cut_off(self.filled(least_squares::from_averages(&self.hats[1], found)))
     }
 
     /// The vertices that are buried, altogether or, where they are averages, in part: a point beside them may be, too.
@@ -238,9 +180,7 @@ impl Kept {
     /// The same as it is shown: a smooth field may swing below 0 where light falls steeply. Bounces go on from what is
     /// not cut off, so that they stay linear, and all iterations lead to one field.
     pub(super) fn spread_light(&self, values: Vec<Vec3>) -> Vec<Vec3> {
-        let mut field = self.spread(values);
-        field.iter_mut().for_each(|value| *value = value.max(Vec3::ZERO));
-        field
+        cut_off(self.spread(values))
     }
 
     /// What rays gather of a field at the elements' vertices [W/m²].
@@ -248,14 +188,13 @@ impl Kept {
         self.rows.apply(context, &self.tessellation, field, &|_, _| (), report)
     }
 
-    /// All bounces from direct light on.
-    pub(super) fn solve(mut self, context: &Context, report: &mut SolveReport) -> Computed {
-        let bounces = if context.problem.settings.iteration == Iteration::Neumann {
-            self.bounces(context, self.direct_field(), &self.weights, report)
+    /// All bounces from direct light on, which is [`Self::direct_field`].
+    pub(super) fn solve(mut self, context: &Context, direct: Vec<Vec3>, report: &mut SolveReport) -> Computed {
+        let (bounces, known) = if context.problem.settings.iteration == Iteration::Neumann {
+            self.bounces(context, direct, &self.weights, report)
         } else {
-            self.sweeps(context, self.direct_field(), report)
+            self.sweeps(context, direct, report)
         };
-        let (bounces, known) = bounces;
         let monitor = context.monitor;
         if monitor.is_watched() && !monitor.is_cancelled() {
             monitor.announce_sampling_error(self.sampling_error(context, &bounces));
@@ -390,16 +329,26 @@ impl Kept {
 
     /// The standard error of the sum of all bounces at each vertex [W/m²], the root of its mean square over the bands:
     /// that of the samples on the lights, and that of one gather of the light of all bounces. Not in it is light of
-    /// emissive triangles that gather rays found, and the error of what they saw, which is a mean of many others.
+    /// emissive triangles that gather rays found, and the error of what they saw, which is a mean of many others. Of least
+    /// squares it is that of the means that they fit.
     fn sampling_error(&self, context: &Context, bounces: &[Arc<Vec<Vec3>>]) -> Vec<f32> {
         let mut total = vec![Vec3::ZERO; self.buried.len()];
         for bounce in &bounces[..bounces.len() - 1] {
             total.iter_mut().zip(bounce.iter()).for_each(|(sum, value)| *sum += *value);
         }
         let gathered = self.rows.squared_errors(context, &self.tessellation, &total);
-        let gathered = self.spread_light(gathered);
+        let gathered = match &self.coarse {
+            Some(coarse) => cut_off(coarse.spread(gathered)),
+            None => self.filled(gathered),
+        };
         let root =
             |(direct, gathered): (&DirectLight, Vec3)| ((direct.squared_error + gathered).element_sum() / 3.0).sqrt();
         self.direct.light.iter().zip(gathered).map(root).collect()
     }
+}
+
+/// A field with 0 where it lies below.
+fn cut_off(mut field: Vec<Vec3>) -> Vec<Vec3> {
+    field.iter_mut().for_each(|value| *value = value.max(Vec3::ZERO));
+    field
 }

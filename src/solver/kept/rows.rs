@@ -55,11 +55,6 @@ impl Sources {
         let rays = |&area: &f32| (most >> halvings(area)).max(most.min(FEWEST_RAYS));
         Self { rays: Some(areas.iter().map(rays).collect()), ..Self::new(tessellation) }
     }
-
-    /// Rays of a vertex; `most` where all have the same.
-    pub(in crate::solver) fn rays_of(&self, vertex: u32, most: u32) -> u32 {
-        self.rays.as_ref().map_or(most, |rays| rays[vertex as usize])
-    }
 }
 
 /// All rows: of every vertex that gathers.
