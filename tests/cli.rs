@@ -71,21 +71,39 @@ fn methods_are_timed_against_their_error_in_a_table_and_plots() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     run(folder, &["truth", "cornell", "--sample", "200", "--samples", "256", "-o", "truth.csv"]);
-    let words = ["bench", "cornell", "--truth", "truth.csv", "--method", "student", "--repeat", "1", "-o", "bench"];
-    let told = run(folder, &words);
-    assert!(told.contains("the assignment's method"), "{told}");
+    let methods = ["--method", "student", "--method", "patches"];
+    let words = [["bench", "cornell", "--truth", "truth.csv"], methods].concat();
+    let told = run(folder, &[&words[..], &["--repeat", "1", "-o", "bench"]].concat());
+    assert!(told.contains("the assignment's method") && told.contains("patches, one ray a pair"), "{told}");
     let mut table = csv::Reader::from_path(folder.join("bench/bench.csv")).unwrap();
     let column = |name: &str| table.headers().unwrap().iter().position(|header| header == name).unwrap();
     let [seconds, error, vertices] = ["seconds", "error_vertex", "vertices"].map(column);
     let rows: Vec<csv::StringRecord> = table.records().map(Result::unwrap).collect();
     let value = |row: &csv::StringRecord, column: usize| row[column].parse::<f64>().unwrap();
-    assert_eq!(rows.len(), 4);
+    assert_eq!(rows.len(), 4 + 7);
     // Cut twice, each wall's two triangles have 25 vertices; cut four times, 289: and the error falls.
     assert!(value(&rows[0], vertices) < value(&rows[3], vertices));
     assert!(rows.iter().all(|row| value(row, seconds) > 0.0 && (0.005..0.5).contains(&value(row, error))), "{rows:?}");
     assert!(value(&rows[3], error) < 0.6 * value(&rows[0], error), "{rows:?}");
+    assert!(value(&rows[10], error) < 0.5 * value(&rows[4], error), "{rows:?}"); // 6,400 patches after 196
     assert!(folder.join("bench/bench.svg").exists() && folder.join("bench/bench.png").exists());
     refused(folder, &["bench", "cornell", "--truth", "none.csv", "-o", "bench"]);
+}
+
+#[test]
+fn patches_are_solved_by_rays_without_a_graphics_card() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let by_rays = ["form-factors", "cornell", "--by", "rays", "--max-edge", "0.13"];
+    let told = run(folder, &[&by_rays[..], &["--json", "-o", "patches.safetensors"]].concat());
+    let report: serde_json::Value = serde_json::from_str(&told).unwrap();
+    // 784 patches have 306,936 pairs; those that face each other, about two thirds, take a ray each.
+    assert_eq!(report["patches"], 784);
+    assert!((150_000..306_936).contains(&report["rays"].as_u64().unwrap()), "{told}");
+    run(folder, &["render", "cornell", "patches.safetensors", "--size", "80x60", "-o", "patches.png"]);
+    refused(folder, &["form-factors", "cornell", "--by", "rays", "--pair-rays", "0"]);
+    let line = refused(folder, &["form-factors", "cornell", "--by", "rays", "--subdivide", "10"]);
+    assert!(line.contains("patches may have") && line.contains("cut less finely"), "{line}");
 }
 
 #[test]

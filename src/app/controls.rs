@@ -57,6 +57,16 @@ pub(super) fn decimals_for(step: f64) -> usize {
     (1.0 - step.max(1e-9).log10()).ceil().clamp(0.0, 9.0) as usize
 }
 
+/// A row for the length that edges are bisected down to [m].
+pub(super) fn longest_edge_row(ui: &mut Ui, tooltip: &str, max_edge: &mut Option<f64>) {
+    let mut is_set = max_edge.is_some();
+    optional_row(ui, "Longest edge", tooltip, &mut is_set, |ui, label| {
+        let length = max_edge.get_or_insert(0.1);
+        ui.add(DragValue::new(length).range(1e-4..=1e6).speed(0.005).suffix(" m")).labelled_by(label);
+    });
+    *max_edge = max_edge.or(is_set.then_some(0.1)).filter(|_| is_set);
+}
+
 /// A grid of rows.
 pub(super) fn rows(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
     egui::Grid::new(name).num_columns(2).spacing([8.0, 5.0]).show(ui, contents);

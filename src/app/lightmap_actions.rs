@@ -10,7 +10,7 @@ use super::{
     solving::SolveInput,
     view_settings::Source,
 };
-use crate::{gpu, gpu::MapFrame, solver::SolveSettings};
+use crate::{gpu, gpu::MapFrame, lightmap::FormFactorSettings, solver::SolveSettings};
 
 impl App {
     /// Takes the news of the lightmap.
@@ -92,7 +92,8 @@ impl App {
         let edit = self.document.edit.solve_input();
         let (shown, made_with) = self.elements_at_hand();
         let settings = self.lightmap.factors.settings.clone();
-        let even = SolveSettings { subdivide: settings.subdivide, ..SolveSettings::even() };
+        let FormFactorSettings { subdivide, max_edge, .. } = settings;
+        let even = SolveSettings { subdivide, max_edge, ..SolveSettings::even() };
         let input =
             FactorsInput { device, queue, shown, made_with, input: SolveInput { settings: even, ..edit }, settings };
         self.layout.ambient = false;

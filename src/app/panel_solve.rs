@@ -2,7 +2,7 @@
 
 use egui::{DragValue, Slider, Ui};
 
-use super::controls::{choice_row, flag_help, optional_row, row, rows};
+use super::controls::{choice_row, flag_help, longest_edge_row, optional_row, row, rows};
 use crate::solver::{Engine, SolveSettings};
 
 /// Row memory to begin with where it is limited, in MiB.
@@ -44,12 +44,7 @@ fn elements_ui(ui: &mut Ui, settings: &mut SolveSettings) {
         choice_row(ui, "Vertex values", &help("vertex_values"), &mut settings.vertex_values);
     }
     row(ui, "Subdivide", &help("subdivide"), Slider::new(&mut settings.subdivide, 0..=8));
-    let mut graded = settings.max_edge.is_some();
-    optional_row(ui, "Longest edge", &help("max_edge"), &mut graded, |ui, label| {
-        let length = settings.max_edge.get_or_insert(0.1);
-        ui.add(DragValue::new(length).range(1e-4..=1e6).speed(0.005).suffix(" m")).labelled_by(label);
-    });
-    settings.max_edge = settings.max_edge.or(graded.then_some(0.1)).filter(|_| graded);
+    longest_edge_row(ui, &help("max_edge"), &mut settings.max_edge);
 }
 
 /// The controls.

@@ -6,7 +6,7 @@ use std::{
     time::Instant,
 };
 
-use anyhow::Context as _;
+use anyhow::{Context as _, ensure};
 use clap::{ArgMatches, Args, ValueEnum};
 use serde::Serialize;
 
@@ -17,6 +17,7 @@ use super::{
         error_plot::{Curve, write_error_plot},
         truth_comparison::compare_with_truth,
     },
+    form_factors::{self, Task},
     scene_args::{LightArgs, LoadedScene, SceneArgs},
 };
 use crate::{
@@ -24,21 +25,37 @@ use crate::{
         metrics::PartErrors,
         truth_file::{self, TruthFile},
     },
-    scene::area_light::AreaLightState,
-    solver::{Engine, Monitor, Problem, Reconstruction, Reconstructor, SolveSettings, Solved, solve},
+    lightmap::{FormFactorMethod, FormFactorSettings},
+    scene::{Scene, Tessellation, area_light::AreaLightState},
+    solver::{Engine, Monitor, Problem, Reconstruction, Reconstructor, Solution, SolveSettings, Solved, solve},
     trace::Tracer,
 };
 
 /// A way to solve.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// The program's engine on elements that follow the light.
+    #[default]
     Follow,
     /// The program's engine on triangles that are cut evenly.
     Even,
     /// The assignment's engine, by the functions of `src/student`, eight bounces.
     Student,
+    /// Constant patches, cut by their longest edge; form factors by one ray a pair; Gauss-Seidel: the oldest way.
+    Patches,
+}
+
+/// The longest edges of the patches, as parts of the scene's largest extent. Cut so, the Cornell box has 196, 344, 464,
+/// 784, 1,600, 3,136 and 6,400 patches.
+const PATCH_EDGES: [f64; 7] = [0.45, 0.35, 0.28, 0.23, 0.16, 0.11, 0.08];
+
+/// What a method is run with.
+enum Budget {
+    /// By the solver.
+    Solve(SolveSettings),
+    /// By patches.
+    Patches(FormFactorSettings),
 }
 
 impl Method {
@@ -47,28 +64,40 @@ impl Method {
             Self::Follow => "elements that follow the light",
             Self::Even => "even elements",
             Self::Student => "the assignment's method",
+            Self::Patches => "patches, one ray a pair",
         }
     }
 
     /// Settings from cheap to dear: what each is called, and what it is.
-    fn budgets(self) -> Vec<(String, SolveSettings)> {
+    fn budgets(self, scene: &Scene) -> Vec<(String, Budget)> {
         let base = SolveSettings { unabsorbed: 1e-3, ..SolveSettings::even() };
         let even = |engine: Engine, bounces: Option<u32>| {
             move |(subdivide, rays): (u32, u32)| {
                 let settings = SolveSettings { subdivide, rays, bounces, engine, ..base.clone() };
-                (format!("subdivide {subdivide}, {rays} rays"), settings)
+                (format!("subdivide {subdivide}, {rays} rays"), Budget::Solve(settings))
             }
         };
+        let follow = |(error, rays)| {
+            let settings = SolveSettings { adaptive: error, rays, unabsorbed: 1e-3, ..Default::default() };
+            (format!("error {error}, {rays} rays"), Budget::Solve(settings))
+        };
+        let (least, greatest) = scene.bounds_in_metres();
+        let patches = |part: f64| {
+            let metres = part * (greatest - least).max_element();
+            let settings = FormFactorSettings {
+                by: FormFactorMethod::Rays,
+                subdivide: 0,
+                max_edge: Some(metres),
+                sweeps: 100,
+                ..Default::default()
+            };
+            (format!("edges up to {metres:.3} m"), Budget::Patches(settings))
+        };
         match self {
-            Self::Follow => {
-                let follow = |(error, rays)| {
-                    let settings = SolveSettings { adaptive: error, rays, unabsorbed: 1e-3, ..Default::default() };
-                    (format!("error {error}, {rays} rays"), settings)
-                };
-                [(0.2, 64), (0.1, 64), (0.05, 128), (0.03, 256), (0.02, 512)].map(follow).into()
-            }
+            Self::Follow => [(0.2, 64), (0.1, 64), (0.05, 128), (0.03, 256), (0.02, 512)].map(follow).into(),
             Self::Even => [(2, 64), (3, 128), (4, 256), (4, 1024), (5, 1024)].map(even(Engine::Reference, None)).into(),
             Self::Student => [(2, 64), (3, 64), (4, 64), (4, 256)].map(even(Engine::Student, Some(8))).into(),
+            Self::Patches => PATCH_EDGES.map(patches).into(),
         }
     }
 }
@@ -102,7 +131,7 @@ pub struct BenchArgs {
 }
 
 /// One line of the table.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 struct Line {
     method: Method,
     budget: String,
@@ -141,16 +170,26 @@ pub fn run(args: &BenchArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
     let mut lines = Vec::new();
     println!("{:60} vertices  seconds    error     bias  error, direct light at the point", "");
     for method in Method::value_variants().iter().copied().filter(wanted) {
-        for (budget, settings) in method.budgets() {
-            let runs =
-                (0..args.repeat).map(|_| line(&loaded, light, (method, &budget, &settings), (&truth, &args.truth)));
-            let mut runs = runs.collect::<anyhow::Result<Vec<Line>>>()?;
-            runs.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+        for (budget, settings) in method.budgets(&loaded.scene) {
+            let run = |_| match &settings {
+                Budget::Solve(settings) => by_solver(&loaded, light, settings),
+                Budget::Patches(settings) => by_patches(&loaded, light, settings),
+            };
+            let mut runs = match (0..args.repeat).map(run).collect::<anyhow::Result<Vec<Run>>>() {
+                Ok(runs) => runs,
+                Err(problem) => {
+                    eprintln!("left out   {}, {budget}: {problem}", method.name());
+                    continue;
+                }
+            };
+            runs.sort_by(|a, b| a.line.seconds.total_cmp(&b.line.seconds));
             let median = runs.swap_remove(runs.len() / 2);
-            println!("{}", row(&median));
-            lines.push(median);
+            let line = line(&loaded, (method, budget), median, (&truth, &args.truth))?;
+            println!("{}", row(&line));
+            lines.push(line);
         }
     }
+    ensure!(!lines.is_empty(), "{}: no method could be run", args.scene.scene.display());
     write_table(&table, &lines)?;
     write_error_plot(&args.output.join("bench"), &args.scene.scene.display().to_string(), &curves(&lines))?;
     println!("written    {}, bench.svg and bench.png", table.display());
@@ -170,41 +209,80 @@ fn row(line: &Line) -> String {
     )
 }
 
-/// Solves once.
-fn line(
-    loaded: &LoadedScene,
-    light: Option<AreaLightState>,
-    (method, budget, settings): (Method, &str, &SolveSettings),
-    truth: (&TruthFile, &Path),
-) -> anyhow::Result<Line> {
+/// What one run brings home; its line still lacks the errors.
+struct Run {
+    line: Line,
+    solution: Solution,
+    tessellation: Arc<Tessellation>,
+}
+
+fn by_solver(loaded: &LoadedScene, light: Option<AreaLightState>, settings: &SolveSettings) -> anyhow::Result<Run> {
     let started = Instant::now();
     let tracer = Arc::new(Tracer::new(Arc::clone(&loaded.scene)));
     let scene = Arc::clone(&loaded.scene);
-    let problem = Problem::new(scene, tracer.clone(), loaded.load.clone(), light, settings.clone());
+    let problem = Problem::new(scene, tracer, loaded.load.clone(), light, settings.clone());
     let problem = problem.map_err(anyhow::Error::msg)?;
     let seconds_tree_and_elements = started.elapsed().as_secs_f64();
     let Solved { solution, report, tessellation, .. } = solve(&problem, &Monitor::new(&problem.tessellation, None));
-    let seconds = started.elapsed().as_secs_f64();
+    let line = Line {
+        seconds: started.elapsed().as_secs_f64(),
+        seconds_tree_and_elements,
+        seconds_following: report.seconds_adapting,
+        seconds_bounces: report.bounce_seconds,
+        gathered_vertices: report.gathered_vertices,
+        gather_rays: report.gather_rays,
+        shadow_rays: report.shadow_rays,
+        rays_skipped: report.gather_rays_skipped + report.shadow_rays_skipped,
+        row_bytes: report.row_bytes,
+        ..Default::default()
+    };
+    Ok(Run { line, solution, tessellation })
+}
+
+fn by_patches(
+    loaded: &LoadedScene,
+    light: Option<AreaLightState>,
+    settings: &FormFactorSettings,
+) -> anyhow::Result<Run> {
+    let task = Task {
+        loaded,
+        light,
+        settings,
+        #[cfg(feature = "gpu")]
+        device: None,
+    };
+    let (report, solution) = form_factors::solve(&task, &|_, _| true)?.context("it was stopped")?;
+    let tessellation = Tessellation::new(&loaded.scene, &solution.info.settings.tessellation());
+    let line = Line {
+        seconds: report.build_seconds + report.factor_seconds + report.sweep_seconds,
+        seconds_tree_and_elements: report.build_seconds,
+        seconds_bounces: report.sweep_seconds,
+        gather_rays: report.rays,
+        row_bytes: report.quality.entries as u64 * size_of::<(u32, f32)>() as u64,
+        ..Default::default()
+    };
+    Ok(Run { line, solution, tessellation: Arc::new(tessellation.map_err(anyhow::Error::msg)?) })
+}
+
+/// The line of a run, with its errors.
+fn line(
+    loaded: &LoadedScene,
+    (method, budget): (Method, String),
+    run: Run,
+    truth: (&TruthFile, &Path),
+) -> anyhow::Result<Line> {
+    let tracer = Tracer::new(Arc::clone(&loaded.scene));
     let lit = |reconstruction| -> anyhow::Result<PartErrors> {
-        let field = Reconstructor::new(&loaded.scene, &*tracer, &tessellation, &solution, reconstruction);
+        let field = Reconstructor::new(&loaded.scene, &tracer, &run.tessellation, &run.solution, reconstruction);
         let at = |triangle, place| field.direct_and_total(triangle, place);
         Ok(compare_with_truth(&loaded.scene, &tracer, at, truth)?.errors.lit)
     };
     let (vertex, point) = (lit(Reconstruction::Vertex)?, lit(Reconstruction::PointDirect)?);
     Ok(Line {
         method,
-        budget: budget.into(),
-        vertices: solution.buried.len(),
-        elements: tessellation.mesh.triangles.len(),
-        gathered_vertices: report.gathered_vertices,
-        seconds,
-        seconds_tree_and_elements,
-        seconds_following: report.seconds_adapting,
-        seconds_bounces: report.bounce_seconds,
-        gather_rays: report.gather_rays,
-        shadow_rays: report.shadow_rays,
-        rays_skipped: report.gather_rays_skipped + report.shadow_rays_skipped,
-        row_bytes: report.row_bytes,
+        budget,
+        vertices: run.solution.buried.len(),
+        elements: run.tessellation.mesh.triangles.len(),
         error_vertex: vertex.total.relative_l2,
         bias_vertex: vertex.total.bias,
         error_point_direct: point.total.relative_l2,
@@ -212,6 +290,7 @@ fn line(
         threads: rayon::current_num_threads(),
         processor: std::env::consts::ARCH,
         version: env!("CARGO_PKG_VERSION"),
+        ..run.line
     })
 }
 

@@ -1,29 +1,38 @@
-//! `radiosity form-factors`: form factors by item buffers, and the solution that Gauss-Seidel finds with them.
+//! `radiosity form-factors`: form factors between patches, by rays or by item buffers, and the solution that
+//! Gauss-Seidel finds with them.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    cell::Cell,
+    path::PathBuf,
+    sync::{Mutex, atomic::Ordering::Relaxed},
+    time::Instant,
+};
 
 use anyhow::bail;
 use clap::{ArgMatches, Args};
 use glam::Vec3;
 use serde::Serialize;
 
+#[cfg(feature = "gpu")]
+use super::item_buffers;
 use super::{
     Outcome, files,
-    progress::Progress,
+    progress::{Progress, cancelled_by_interrupt, seconds_left},
     scene_args::{LightArgs, LoadedScene, SceneArgs},
 };
 use crate::{
-    gpu::{
-        device,
-        lightmap::item_buffer::{ItemBuffers, Viewpoint, weights_of},
-    },
-    lightmap::{FormFactorSettings, PixelWeights},
+    lightmap::{FormFactorMethod, FormFactorSettings},
     scene::{Scene, Tessellation, area_light::AreaLightState},
     solver::{
         Solution, SolutionInfo, SolveSettings,
         form_factors::{FormFactorQuality, FormFactors, gauss_seidel},
         patches::Patches,
     },
+};
+#[cfg(feature = "reference")]
+use crate::{
+    solver::patch_rays::{PatchRays, memory_problem},
+    trace::Tracer,
 };
 
 /// Arguments of `radiosity form-factors`.
@@ -35,16 +44,18 @@ pub struct FormFactorsArgs {
     /// The light.
     #[command(flatten, next_help_heading = "Area light")]
     pub light: LightArgs,
-    /// Patches and hemicubes.
+    /// Patches, and what lies between them.
     #[command(flatten)]
     pub settings: FormFactorSettings,
     /// A part of the device's name, as `radiosity devices` lists it; else the best one.
+    #[cfg(feature = "gpu")]
     #[arg(long, value_name = "NAME")]
     pub device: Option<String>,
     /// Where the solution goes (safetensors).
     #[arg(short, long, value_name = "FILE")]
     pub output: Option<PathBuf>,
     /// Compare hemicubes of 32 to 512 pixels and both kinds of weights, row by row, instead of solving.
+    #[cfg(feature = "gpu")]
     #[arg(long)]
     pub table: bool,
     /// Print a report to standard output as JSON, and no progress.
@@ -55,28 +66,56 @@ pub struct FormFactorsArgs {
 /// What was found.
 #[derive(Clone, Debug, Serialize)]
 pub struct FormFactorsReport {
+    /// How they were found.
+    pub settings: FormFactorSettings,
     /// Patches.
     pub patches: usize,
-    /// Pixels along a hemicube.
-    pub resolution: u32,
-    /// What a pixel counts.
-    pub weights: PixelWeights,
+    /// Rays between patches.
+    pub rays: u64,
     /// Row sums and reciprocity.
     pub quality: FormFactorQuality,
-    /// Seconds for all hemicubes.
-    pub hemicube_seconds: f64,
+    /// Seconds to cut the patches, and for the ray tracer's tree.
+    pub build_seconds: f64,
+    /// Seconds for all form factors, and for direct light.
+    pub factor_seconds: f64,
     /// Seconds for all sweeps.
     pub sweep_seconds: f64,
     /// The largest change of each sweep, relative to the mean radiosity.
     pub changes: Vec<f64>,
 }
 
-/// What rows are drawn of.
-struct Elements<'a> {
-    scene: &'a Scene,
-    tessellation: Tessellation,
-    patches: Patches,
+/// What is to be solved, and how.
+pub(super) struct Task<'a> {
+    pub(super) loaded: &'a LoadedScene,
+    pub(super) light: Option<AreaLightState>,
+    pub(super) settings: &'a FormFactorSettings,
+    /// A part of the name of the device for item buffers.
+    #[cfg(feature = "gpu")]
+    pub(super) device: Option<&'a str>,
 }
+
+/// The patches of a scene.
+pub(super) struct Elements<'a> {
+    pub(super) scene: &'a Scene,
+    pub(super) tessellation: Tessellation,
+    pub(super) patches: Patches,
+}
+
+/// Form factors, and what else Gauss-Seidel takes.
+pub(super) struct Found {
+    pub(super) patches: Patches,
+    pub(super) tessellation: Tessellation,
+    pub(super) factors: FormFactors,
+    /// Irradiance of the lights that are no patches [W/m²].
+    pub(super) direct: Vec<Vec3>,
+    /// Rays between patches.
+    pub(super) rays: u64,
+    /// Seconds for the ray tracer's tree.
+    pub(super) tree_seconds: f64,
+}
+
+/// Gets the part of a stage that is done, and what it is, from any thread; stops the work by returning false.
+pub(super) type Watch<'a> = dyn Fn(f32, &str) -> bool + Sync + 'a;
 
 /// Runs the command.
 pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
@@ -86,102 +125,138 @@ pub fn run(args: &FormFactorsArgs, matches: &ArgMatches) -> anyhow::Result<Outco
     if let Some(path) = &args.output {
         files::check_writable(path)?;
     }
-    let card = device::choose(args.device.as_deref()).and_then(|device| device.open()).map_err(anyhow::Error::msg)?;
     let loaded = args.scene.load(matches)?;
-    let elements = Elements::new(&loaded.scene, args.settings.subdivide)?;
+    #[cfg(feature = "gpu")]
     if args.table {
-        return print_table(&card, &elements);
+        return item_buffers::print_table(&Elements::new(&loaded.scene, &args.settings)?, args.device.as_deref());
     }
-    let light = args.light.over(loaded.state.light)?;
-    let FormFactorSettings { resolution, weights, sweeps, .. } = args.settings;
-    let patches = &elements.patches;
-    let mut progress = Progress::new(args.json);
-    let started = Instant::now();
-    let buffers = elements.item_buffers(&card, resolution, weights)?;
-    let factors = elements.form_factors(&buffers, |done| progress.update(done, "hemicubes"))?;
-    let placed = light.map(|light| light.to_local(&loaded.scene.frame));
-    let placed = buffers.direct_irradiance(placed.as_ref(), &patches.areas).map_err(anyhow::Error::msg)?;
-    let mut report = FormFactorsReport {
-        patches: patches.areas.len(),
-        resolution,
-        weights,
-        quality: factors.quality(),
-        hemicube_seconds: started.elapsed().as_secs_f64(),
-        sweep_seconds: 0.0,
-        changes: Vec::new(),
+    let task = Task {
+        loaded: &loaded,
+        light: args.light.over(loaded.state.light)?,
+        settings: &args.settings,
+        #[cfg(feature = "gpu")]
+        device: args.device.as_deref(),
     };
-    let started = Instant::now();
-    let watch = |sweep, _: &[Vec3], change| {
-        progress.update(sweep as f32 / sweeps as f32, &format!("sweep {sweep}: change {change:.2e}"));
-        report.changes.push(change);
-        args.settings.goes_on(sweep, change)
+    let (cancelled, progress) = (cancelled_by_interrupt(), Mutex::new(Progress::new(args.json)));
+    let watch = |done: f32, line: &str| {
+        if let Ok(mut progress) = progress.lock() {
+            progress.update(done, line);
+        }
+        !cancelled.load(Relaxed)
     };
-    let radiosity = gauss_seidel(&factors, &patches.emission, &patches.reflectance, &placed, watch);
-    report.sweep_seconds = started.elapsed().as_secs_f64();
-    progress.finish("done");
+    let solved = solve(&task, &watch)?;
+    let finish = |line: &str| progress.into_inner().into_iter().for_each(|progress| progress.finish(line));
+    let Some((report, solution)) = solved else {
+        finish("cancelled: there is nothing to keep yet");
+        return Ok(Outcome::Cancelled);
+    };
+    let is_complete = solution.info.complete;
+    finish(if is_complete { "done" } else { "cancelled: what was computed is kept" });
     if let Some(path) = &args.output {
-        let fields = patches.irradiance_at_vertices(&elements.tessellation, &factors, &placed, &radiosity);
-        files::write_solution(path, &solution(&loaded, args, light, &elements.tessellation, fields))?;
+        files::write_solution(path, &solution)?;
     }
     if args.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {
         print_summary(&report);
     }
-    Ok(Outcome::Done)
+    Ok(if is_complete { Outcome::Done } else { Outcome::Cancelled })
+}
+
+/// Finds form factors and sweeps; none if it was stopped before the first sweep.
+pub(super) fn solve(task: &Task<'_>, watch: &Watch<'_>) -> anyhow::Result<Option<(FormFactorsReport, Solution)>> {
+    let settings = task.settings;
+    let started = Instant::now();
+    let elements = Elements::new(&task.loaded.scene, settings)?;
+    let element_seconds = started.elapsed().as_secs_f64();
+    let with_time =
+        |done: f32, stage: &str| watch(done, &format!("{stage}, {:.0} s left", seconds_left(started, done)));
+    let found = match settings.by {
+        #[cfg(feature = "reference")]
+        FormFactorMethod::Rays => by_rays(task, elements, &with_time)?,
+        #[cfg(feature = "gpu")]
+        FormFactorMethod::ItemBuffers => item_buffers::find(task, elements, &with_time)?,
+        #[cfg(not(feature = "gpu"))]
+        FormFactorMethod::ItemBuffers => bail!("this program was built without graphics; take --by rays"),
+    };
+    let Some(Found { patches, tessellation, factors, direct, rays, tree_seconds }) = found else { return Ok(None) };
+    let build_seconds = element_seconds + tree_seconds;
+    let factor_seconds = started.elapsed().as_secs_f64() - build_seconds;
+    let part = Cell::new(0.0);
+    let is_cancelled = || !watch(part.get(), "sweeps");
+    let Some(quality) = factors.quality(&is_cancelled) else { return Ok(None) };
+    let started = Instant::now();
+    let mut changes = Vec::new();
+    let after_sweep = |sweep, _: &[Vec3], change| {
+        changes.push(change);
+        part.set(sweep as f32 / settings.sweeps as f32);
+        watch(part.get(), &format!("sweep {sweep}: change {change:.2e}")) && settings.goes_on(sweep, change)
+    };
+    let radiosity =
+        gauss_seidel(&factors, &patches.emission, &patches.reflectance, &direct, &is_cancelled, after_sweep);
+    let radiosity = radiosity.map_err(anyhow::Error::msg)?;
+    let sweep_seconds = started.elapsed().as_secs_f64();
+    let fields = patches.irradiance_at_vertices(&tessellation, &factors, &direct, &radiosity);
+    let report = FormFactorsReport {
+        settings: settings.clone(),
+        patches: patches.areas.len(),
+        rays,
+        quality,
+        build_seconds,
+        factor_seconds,
+        sweep_seconds,
+        changes,
+    };
+    let solution = solution(task, &tessellation, fields, !is_cancelled());
+    Ok(Some((report, solution)))
+}
+
+/// Rays between all pairs. The lights shine on the patches' centres, so that patches carry indirect light alone.
+#[cfg(feature = "reference")]
+fn by_rays(task: &Task<'_>, elements: Elements<'_>, watch: &Watch<'_>) -> anyhow::Result<Option<Found>> {
+    let Elements { scene, tessellation, mut patches } = elements;
+    if let Some(problem) = memory_problem(patches.areas.len(), SolveSettings::default().row_bytes()) {
+        bail!("{problem}");
+    }
+    let started = Instant::now();
+    let tracer = Tracer::new(std::sync::Arc::clone(&task.loaded.scene));
+    let tree_seconds = started.elapsed().as_secs_f64();
+    let rays = PatchRays::new(scene, &tracer, &tessellation, &patches, task.settings);
+    let light = task.light.map(|light| light.to_local(&scene.frame));
+    let direct = rays.direct_irradiance(light, &|| !watch(0.0, "direct light"));
+    let found = rays.form_factors(&|done| watch(done, "rays between patches"));
+    patches.emission.fill(Vec3::ZERO);
+    Ok(found.map(|(factors, rays)| Found { patches, tessellation, factors, direct, rays, tree_seconds }))
 }
 
 impl<'a> Elements<'a> {
-    fn new(scene: &'a Scene, subdivide: u32) -> anyhow::Result<Self> {
-        let settings = SolveSettings { subdivide, ..SolveSettings::even() };
+    pub(super) fn new(scene: &'a Scene, settings: &FormFactorSettings) -> anyhow::Result<Self> {
+        let settings = even(settings);
         if let Some(problem) = settings.problem() {
             bail!("{problem}");
         }
         let tessellation = Tessellation::new(scene, &settings.tessellation()).map_err(anyhow::Error::msg)?;
         Ok(Self { patches: Patches::new(scene, &tessellation), scene, tessellation })
     }
+}
 
-    fn item_buffers(
-        &self,
-        card: &(wgpu::Device, wgpu::Queue),
-        resolution: u32,
-        weights: PixelWeights,
-    ) -> anyhow::Result<ItemBuffers> {
-        let weights = weights_of(weights, resolution);
-        ItemBuffers::of_elements((&card.0, &card.1), (self.scene, &self.tessellation), resolution, &weights)
-            .map_err(anyhow::Error::msg)
-    }
-
-    fn form_factors(&self, buffers: &ItemBuffers, mut report: impl FnMut(f32)) -> anyhow::Result<FormFactors> {
-        let viewpoints: Vec<Viewpoint> =
-            self.patches.places.iter().map(|(origin, normal)| Viewpoint { origin: *origin, normal: *normal }).collect();
-        let mut go_on = |done| {
-            report(done);
-            true
-        };
-        let rows = buffers.all_rows(&viewpoints, &mut go_on).map_err(anyhow::Error::msg)?;
-        Ok(FormFactors { areas: self.patches.areas.clone(), rows: rows.unwrap_or_default() })
-    }
+fn even(settings: &FormFactorSettings) -> SolveSettings {
+    SolveSettings { subdivide: settings.subdivide, max_edge: settings.max_edge, ..SolveSettings::even() }
 }
 
 /// Direct and all other irradiance at the vertices as a solution.
-fn solution(
-    loaded: &LoadedScene,
-    args: &FormFactorsArgs,
-    light: Option<AreaLightState>,
-    tessellation: &Tessellation,
-    fields: [Vec<Vec3>; 2],
-) -> Solution {
+fn solution(task: &Task<'_>, tessellation: &Tessellation, fields: [Vec<Vec3>; 2], complete: bool) -> Solution {
+    let scene = &task.loaded.scene;
     Solution {
         info: SolutionInfo {
-            scene_name: loaded.scene.name.clone(),
-            scene_hash: loaded.scene.hash(),
+            scene_name: scene.name.clone(),
+            scene_hash: scene.hash(),
             tessellation_hash: tessellation.hash(),
-            load: loaded.load.clone(),
-            settings: SolveSettings { subdivide: args.settings.subdivide, ..SolveSettings::even() },
-            light,
+            load: task.loaded.load.clone(),
+            settings: even(task.settings),
+            light: task.light,
             program_version: String::from(env!("CARGO_PKG_VERSION")),
-            complete: true,
+            complete,
         },
         bounces: fields.into(),
         buried: vec![false; tessellation.mesh.positions.len()],
@@ -189,58 +264,19 @@ fn solution(
     }
 }
 
-/// Resolutions and weights against the finest delta form factors.
-fn print_table(card: &(wgpu::Device, wgpu::Queue), elements: &Elements<'_>) -> anyhow::Result<Outcome> {
-    const FINEST: u32 = 512;
-    let rows_of = |kind, resolution| -> anyhow::Result<FormFactors> {
-        elements.form_factors(&elements.item_buffers(card, resolution, kind)?, |_| ())
-    };
-    let reference = rows_of(PixelWeights::Delta, FINEST)?;
-    println!(
-        "patches {}; error: mean over rows of Σ |F - F_512|, F_512 the delta form factors of {FINEST} pixels",
-        elements.patches.areas.len()
-    );
-    println!("pixels  weights     error   reciprocity  row sums: least    mean  greatest  seconds");
-    for resolution in [32, 64, 128, 256, 512] {
-        for kind in [PixelWeights::Plain, PixelWeights::Delta] {
-            let started = Instant::now();
-            let factors = rows_of(kind, resolution)?;
-            let seconds = started.elapsed().as_secs_f64();
-            let quality = factors.quality();
-            println!(
-                "{resolution:6}  {:7}  {:8.4}  {:10.3} %  {:15.4}  {:6.4}  {:8.4}  {seconds:7.2}",
-                if kind == PixelWeights::Plain { "plain" } else { "delta" },
-                mean_difference(&factors, &reference),
-                100.0 * quality.reciprocity_error,
-                quality.least_row_sum,
-                quality.mean_row_sum,
-                quality.greatest_row_sum,
-            );
-        }
-    }
-    Ok(Outcome::Done)
-}
-
-/// Mean over rows of Σ |F_ij - G_ij|.
-fn mean_difference(factors: &FormFactors, reference: &FormFactors) -> f64 {
-    let row_difference = |from: usize| -> f64 {
-        let known = reference.rows[from].iter();
-        let from_known: f64 =
-            known.map(|(to, value)| f64::from((value - factors.factor(from as u32, *to)).abs())).sum();
-        let unknown = factors.rows[from].iter().filter(|(to, _)| reference.factor(from as u32, *to) == 0.0);
-        from_known + unknown.map(|(_, value)| f64::from(*value)).sum::<f64>()
-    };
-    (0..factors.rows.len()).map(row_difference).sum::<f64>() / factors.rows.len() as f64
-}
-
 fn print_summary(report: &FormFactorsReport) {
     let FormFactorQuality { entries, least_row_sum, mean_row_sum, greatest_row_sum, reciprocity_error } =
         report.quality;
-    println!("patches    {} with {entries} form factors, {} pixels", report.patches, report.resolution);
+    let found_by = match report.settings.by {
+        #[cfg(feature = "reference")]
+        FormFactorMethod::Rays => format!("{} rays", report.rays),
+        FormFactorMethod::ItemBuffers => format!("{} pixels", report.settings.resolution),
+    };
+    println!("patches    {} with {entries} form factors, {found_by}", report.patches);
     println!("row sums   {least_row_sum:.4} to {greatest_row_sum:.4}, mean {mean_row_sum:.4} (1 in a closed scene)");
     println!("reciprocity A_i F_ij and A_j F_ji differ by {:.3} %", 100.0 * reciprocity_error);
     println!("sweeps     {}; changes {}", report.changes.len(), changes(&report.changes));
-    println!("seconds    {:.3} hemicubes, {:.3} sweeps", report.hemicube_seconds, report.sweep_seconds);
+    println!("seconds    {:.3} form factors, {:.3} sweeps", report.factor_seconds, report.sweep_seconds);
 }
 
 fn changes(changes: &[f64]) -> String {

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::{
     Outcome,
-    progress::Progress,
+    progress::{Progress, cancelled_by_interrupt, seconds_left},
     scene_args::{LightArgs, LoadedScene, SceneArgs},
 };
 use crate::{
@@ -173,21 +173,6 @@ fn check_folder(folder: &Path) -> anyhow::Result<()> {
     super::files::check_writable(&folder.join(SOLUTION_NAME))
 }
 
-/// Set by Ctrl-C; a second one ends the program.
-fn cancelled_by_interrupt() -> Arc<AtomicBool> {
-    let cancelled = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&cancelled);
-    let installed = ctrlc::set_handler(move || {
-        if flag.swap(true, Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    if let Err(problem) = installed {
-        eprintln!("warning: Ctrl-C will end the program without keeping the result: {problem}");
-    }
-    cancelled
-}
-
 /// The atlas; `None` if it was cancelled.
 fn unwrap_with_progress(
     loaded: &LoadedScene,
@@ -221,7 +206,7 @@ fn unwrap_with_progress(
 fn show(progress: &mut Progress, solver: &GpuSolver, started: Instant) {
     let (ledger, fraction) = (solver.ledger(), solver.fraction());
     let seconds = started.elapsed().as_secs_f64();
-    let left = seconds * (1.0 / f64::from(fraction.max(1e-3)) - 1.0);
+    let left = seconds_left(started, fraction);
     let text = format!(
         "{} shooters, {:.0} a second, {left:.0} s left, {:.2} % unabsorbed",
         ledger.shooters,

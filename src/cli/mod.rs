@@ -10,7 +10,7 @@ pub mod demo;
 #[cfg(feature = "gpu")]
 pub mod devices;
 pub mod export;
-#[cfg(feature = "gpu")]
+#[cfg(any(feature = "gpu", feature = "reference"))]
 pub mod form_factors;
 #[cfg(feature = "reference")]
 pub mod grade;
@@ -18,6 +18,8 @@ pub mod handin;
 #[cfg(feature = "reference")]
 pub mod handout;
 pub mod inspect;
+#[cfg(feature = "gpu")]
+mod item_buffers;
 #[cfg(feature = "gpu")]
 pub mod lightmap;
 pub mod only_vertex;
@@ -93,8 +95,9 @@ enum Command {
     /// Solve a scene on a lightmap by shooting light on the graphics card, and write the map for other programs.
     #[cfg(feature = "gpu")]
     Lightmap(Box<lightmap::LightmapArgs>),
-    /// Find form factors by item buffers on the graphics card, and solve with them by Gauss-Seidel.
-    #[cfg(feature = "gpu")]
+    /// Find form factors between patches, by rays or by item buffers on the graphics card, and solve with them by
+    /// Gauss-Seidel.
+    #[cfg(any(feature = "gpu", feature = "reference"))]
     FormFactors(Box<form_factors::FormFactorsArgs>),
     /// Draw a picture in screen space, as real-time renderers do, and judge it by a solution.
     #[cfg(feature = "gpu")]
@@ -151,7 +154,7 @@ pub fn main() -> ExitCode {
             Command::Solve(args) => solve::run(&args, flags),
             #[cfg(feature = "gpu")]
             Command::Lightmap(args) => lightmap::run(&args, flags),
-            #[cfg(feature = "gpu")]
+            #[cfg(any(feature = "gpu", feature = "reference"))]
             Command::FormFactors(args) => form_factors::run(&args, flags),
             #[cfg(feature = "gpu")]
             Command::ScreenSpace(args) => screen_space::run(&args, flags),

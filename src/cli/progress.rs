@@ -1,5 +1,10 @@
-//! How far a long command is, on standard error.
+//! How far a long command is, on standard error; and how Ctrl-C ends it.
 
+#[cfg(any(feature = "gpu", feature = "reference"))]
+use std::sync::{
+    Arc,
+    atomic::{AtomicBool, Ordering::Relaxed},
+};
 use std::{
     io::{IsTerminal as _, stderr},
     time::{Duration, Instant},
@@ -81,6 +86,28 @@ impl Progress {
             Shown::Lines(_) => eprintln!("{message}"),
         }
     }
+}
+
+/// Seconds that the rest will take, if it goes on as since `started`.
+#[cfg(any(feature = "gpu", feature = "reference"))]
+pub fn seconds_left(started: Instant, fraction: f32) -> f64 {
+    started.elapsed().as_secs_f64() * (1.0 / f64::from(fraction.max(1e-3)) - 1.0)
+}
+
+/// Set by Ctrl-C; a second one ends the program.
+#[cfg(any(feature = "gpu", feature = "reference"))]
+pub fn cancelled_by_interrupt() -> Arc<AtomicBool> {
+    let cancelled = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&cancelled);
+    let installed = ctrlc::set_handler(move || {
+        if flag.swap(true, Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    if let Err(problem) = installed {
+        eprintln!("warning: Ctrl-C will end the program without keeping the result: {problem}");
+    }
+    cancelled
 }
 
 impl LinePace {

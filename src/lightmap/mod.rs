@@ -18,8 +18,11 @@ mod tests;
 
 pub use charts::Charts;
 pub use dilate::{fill_rings, pages_of};
+#[cfg(feature = "reference")]
+pub use settings::PairKernel;
 pub use settings::{
-    Ambient, Attenuation, FormFactorSettings, GpuSettings, PageUpdate, PixelWeights, ShootingOrder, Visibility,
+    Ambient, Attenuation, FormFactorMethod, FormFactorSettings, GpuSettings, PageUpdate, PixelWeights, ShootingOrder,
+    Visibility,
 };
 pub use texels::{Texel, texel_table};
 pub use unwrap::{LightmapSettings, unwrap};

@@ -177,13 +177,55 @@ pub enum PixelWeights {
     Plain,
 }
 
+/// Who finds form factors.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FormFactorMethod {
+    /// The graphics card draws each patch's hemicube with the patches' numbers.
+    #[cfg_attr(any(feature = "gpu", not(feature = "reference")), default)]
+    ItemBuffers,
+    /// Rays between the patches of each pair, without a graphics card. Lights shine on the patches' centres by closed
+    /// form, so that patches carry indirect light alone.
+    #[cfg(feature = "reference")]
+    #[cfg_attr(not(feature = "gpu"), default)]
+    Rays,
+}
+
+/// What two points of a pair of patches tell about all of them.
+#[cfg(feature = "reference")]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum PairKernel {
+    /// Everything: F = A cosθ cosθ' / (π r²), which is too much for patches that touch.
+    #[default]
+    Point,
+    /// Where they are near, what each point sees of the other patch by closed form (eq. 6), in the mean of both ways.
+    Polygon,
+}
+
 /// How form factors are found, and the radiosity that follows from them.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
 #[serde(default)]
 pub struct FormFactorSettings {
+    /// Who finds them.
+    #[arg(long, value_enum, default_value_t = FormFactorSettings::default().by)]
+    pub by: FormFactorMethod,
     /// Cut every edge in two this many times (2^N segments an edge); every triangle is a patch.
     #[arg(long, value_name = "N", default_value_t = FormFactorSettings::default().subdivide)]
+    #[arg(default_value_if("max_edge", clap::builder::ArgPredicate::IsPresent, "0"))]
     pub subdivide: u32,
+    /// Bisect edges, the longest first, until none is longer than this, in metres; instead of `--subdivide`, or after it.
+    #[arg(long, value_name = "METRES")]
+    pub max_edge: Option<f64>,
+    /// Rays that tell how much of each other two patches see: 1 joins the centres of their incircles, more join points all
+    /// over both. With `--by rays`.
+    #[cfg(feature = "reference")]
+    #[arg(long, value_name = "N", default_value_t = FormFactorSettings::default().pair_rays)]
+    pub pair_rays: u32,
+    /// What the two points of a ray tell about the patches, with `--by rays`.
+    #[cfg(feature = "reference")]
+    #[arg(long, value_enum, default_value_t = FormFactorSettings::default().kernel)]
+    pub kernel: PairKernel,
     /// Pixels along a hemicube: even, 16 to 512.
     #[arg(long, value_name = "PIXELS", default_value_t = FormFactorSettings::default().resolution)]
     pub resolution: u32,
@@ -197,7 +239,18 @@ pub struct FormFactorSettings {
 
 impl Default for FormFactorSettings {
     fn default() -> Self {
-        Self { subdivide: 3, resolution: 128, weights: PixelWeights::Delta, sweeps: 50 }
+        Self {
+            by: FormFactorMethod::default(),
+            subdivide: 3,
+            max_edge: None,
+            #[cfg(feature = "reference")]
+            pair_rays: 1,
+            #[cfg(feature = "reference")]
+            kernel: PairKernel::Point,
+            resolution: 128,
+            weights: PixelWeights::Delta,
+            sweeps: 50,
+        }
     }
 }
 
@@ -205,8 +258,14 @@ impl FormFactorSettings {
     /// What is wrong with the settings, if anything.
     pub fn problem(&self) -> Option<String> {
         let pixels = self.resolution;
-        ((!(16..=512).contains(&pixels)) || !pixels.is_multiple_of(2))
-            .then(|| format!("the resolution must be an even number of pixels from 16 to 512, not {pixels}"))
+        if !(16..=512).contains(&pixels) || !pixels.is_multiple_of(2) {
+            return Some(format!("the resolution must be an even number of pixels from 16 to 512, not {pixels}"));
+        }
+        #[cfg(feature = "reference")]
+        if !(1..=4096).contains(&self.pair_rays) {
+            return Some(format!("pair-rays must lie between 1 and 4096, not be {}", self.pair_rays));
+        }
+        None
     }
 
     /// True if sweeps go on after one that changed the radiosity by `change` of its mean.

@@ -16,6 +16,8 @@ mod least_squares;
 pub mod lightmap_solution;
 pub mod monitor;
 pub mod one_vertex;
+#[cfg(feature = "reference")]
+pub mod patch_rays;
 pub mod patches;
 pub mod reconstruct;
 pub mod settings;

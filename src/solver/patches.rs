@@ -1,6 +1,7 @@
 //! The elements of a tessellation as patches of constant radiosity, for form factors.
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 use super::form_factors::FormFactors;
 use crate::{
@@ -56,9 +57,12 @@ impl Patches {
         placed: &[Vec3],
         radiosity: &[Vec3],
     ) -> [Vec<Vec3>; 2] {
-        let emitted: Vec<Vec3> = (0..self.areas.len()).map(|patch| factors.gathered(patch, &self.emission)).collect();
+        let patches = 0..self.areas.len();
+        let emitted: Vec<Vec3> =
+            patches.clone().into_par_iter().map(|patch| factors.gathered(patch, &self.emission)).collect();
         let direct: Vec<Vec3> = placed.iter().zip(&emitted).map(|(placed, emitted)| *placed + *emitted).collect();
-        let indirect: Vec<Vec3> = (0..radiosity.len())
+        let indirect: Vec<Vec3> = patches
+            .into_par_iter()
             .map(|patch| (factors.gathered(patch, radiosity) - emitted[patch]).max(Vec3::ZERO))
             .collect();
         [direct, indirect].map(|field| self.at_vertices(tessellation, &field))

@@ -18,4 +18,6 @@ pub mod visible_light;
 pub use lights::Lights;
 pub use origins::VertexOrigins;
 #[cfg(feature = "reference")]
+pub use polygon::polygon_form_factor;
+#[cfg(feature = "reference")]
 pub use rows::{RowChunk, Transport, bytes_per_ray};

@@ -78,6 +78,14 @@ impl Polygon {
     }
 }
 
+/// The form factor from a small surface at `origin`, of unit normal `normal`, to a polygon that nothing hides (eq. 6).
+/// `corners` are counter-clockwise as the polygon's front is seen; from behind it is 0.
+#[cfg(feature = "reference")]
+pub fn polygon_form_factor(origin: Vec3, normal: Vec3, corners: &[Vec3]) -> f64 {
+    let normal = normal.as_dvec3();
+    Polygon::seen_from(origin, corners).split(normal, 0.0).0.irradiance(normal) / std::f64::consts::PI
+}
+
 /// Takes what lies behind the convex `occluder`, as it is seen from the origin, out of each of the convex `pieces`.
 pub(super) fn subtract(pieces: &mut Vec<Polygon>, occluder: &Polygon, spare: &mut Vec<Polygon>) {
     let middle = occluder.corners().iter().sum::<DVec3>();
