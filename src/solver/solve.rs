@@ -17,6 +17,7 @@ use super::{
     faults::Fault,
     monitor::{Monitor, Stage},
     settings::{Engine, Iteration, SolveSettings},
+    skipped::SecondsSaved,
     solution::{Solution, SolutionInfo},
     student_engine,
 };
@@ -112,6 +113,8 @@ pub struct SolveReport {
     pub bounces_skipped: u32,
     /// Textures of the scene that no gather ray met.
     pub textures_untouched: u64,
+    /// What the skipped work would have taken, where that is known.
+    pub seconds_saved: SecondsSaved,
     /// What other solves have to do and this one had not.
     pub stages_skipped: Vec<Stage>,
     /// Bounces or, of other iterations than Neumann's, sweeps, the last gather included.
@@ -235,6 +238,7 @@ impl Computed {
         report.buried_vertices = buried.iter().filter(|&&is_buried| is_buried).count() as u64;
         report.unabsorbed = report.energy.unabsorbed();
         report.seconds = started.elapsed().as_secs_f64();
+        report.seconds_saved = SecondsSaved::of(&report);
         let bounces = bounces.into_iter().map(Arc::unwrap_or_clone).collect();
         #[cfg(feature = "reference")]
         let kept = self.kept.filter(|_| info.complete).map(|kept| Arc::new(kept.named(&info)));
@@ -325,37 +329,6 @@ pub(super) fn info(problem: &Problem, tessellation: &Tessellation, monitor: &Mon
 }
 
 impl SolveReport {
-    /// What was not done, a line for each kind that there is.
-    pub fn skipped(&self) -> Vec<String> {
-        let ShadowRays { below_horizon, hidden, partly_seen, fully_seen, .. } = self.shadow_rays_by_sight;
-        let of = |count: u64| 100.0 * count as f64 / self.shadow_rays_skipped.max(1) as f64;
-        let stages: Vec<String> = self.stages_skipped.iter().map(ToString::to_string).collect();
-        let lines = [
-            (
-                self.shadow_rays_skipped,
-                format!(
-                    "{} shadow rays: their light is fully seen ({:.0} %), seen in a known part ({:.0} %), hidden ({:.0} %), \
-                     below the horizon ({:.0} %)",
-                    self.shadow_rays_skipped,
-                    of(fully_seen),
-                    of(partly_seen),
-                    of(hidden),
-                    of(below_horizon)
-                ),
-            ),
-            (self.gather_rays_skipped, format!("{} gather rays into their own surface", self.gather_rays_skipped)),
-            (self.gather_rays_reused, format!("{} gather rays again: kept rows were summed", self.gather_rays_reused)),
-            (
-                self.interpolated_vertices,
-                format!("gathering at {} vertices: the smooth field says it", self.interpolated_vertices),
-            ),
-            (u64::from(self.bounces_skipped), format!("{} bounces: nothing reflects", self.bounces_skipped)),
-            (self.textures_untouched, format!("{} textures that no gather ray met", self.textures_untouched)),
-            (stages.len() as u64, format!("stages: {}", stages.join(", "))),
-        ];
-        lines.into_iter().filter(|(count, _)| *count > 0).map(|(_, line)| line).collect()
-    }
-
     /// Enters shadow rays that were traced or not.
     #[cfg(feature = "reference")]
     pub(super) fn enter_shadow_rays(&mut self, rays: &ShadowRays) {
@@ -382,6 +355,7 @@ impl SolveReport {
             ended_by: EndedBy::default(),
             bounces_skipped: 0,
             textures_untouched: 0,
+            seconds_saved: SecondsSaved::default(),
             stages_skipped: Vec::new(),
             gather_rays: 0,
             gather_rays_skipped: 0,

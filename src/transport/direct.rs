@@ -3,6 +3,8 @@
 //!
 //! Of sampled light from emissive triangles this finds one share; the gather rays find the other ([`FinderCounts`]).
 
+use std::time::Instant;
+
 use glam::{Vec2, Vec3};
 
 pub use super::visible_light::ShadowRays;
@@ -159,7 +161,7 @@ impl DirectContext<'_> {
         mut estimate: impl FnMut(&SurfacePoint, Vec2, &mut ShadowRays) -> Vec3,
     ) -> Vec3 {
         let sequence = Sequence::new(self.sampler, self.seed, receiver.vertex, stream, self.light_rays);
-        let mut sum = Vec3::ZERO;
+        let (mut sum, mut is_untimed) = (Vec3::ZERO, true);
         for (place, origin) in receiver.origins.iter().enumerate() {
             let run = samples_of_origin(place, self.light_rays, receiver.origins.len());
             if let Some(seen) = known(origin) {
@@ -169,6 +171,8 @@ impl DirectContext<'_> {
                 receiver.blocks.iter_mut().for_each(|(sum, count)| *sum += part * *count as f32);
                 continue;
             }
+            let (timed, traced_before) = (is_untimed.then(Instant::now), rays.traced);
+            is_untimed = false;
             let mut block = 0;
             for index in run.take_while(|index| index % SAMPLES_PER_LOOK != 0 || !(self.is_cancelled)()) {
                 let term = estimate(origin, sequence.sample_2d(index), rays);
@@ -177,6 +181,10 @@ impl DirectContext<'_> {
                     block += 1;
                 }
                 receiver.blocks[block].0 += term;
+            }
+            if let Some(started) = timed.filter(|_| rays.traced > traced_before) {
+                rays.timed += rays.traced - traced_before;
+                rays.timed_nanoseconds += started.elapsed().as_nanos() as u64;
             }
         }
         sum

@@ -61,6 +61,10 @@ pub struct ShadowRays {
     pub partly_seen: u64,
     /// To a light that nothing hides.
     pub fully_seen: u64,
+    /// Those of the traced ones that were timed: one run a vertex, since looking at the clock takes time as well.
+    pub timed: u64,
+    /// What those took.
+    pub timed_nanoseconds: u64,
 }
 
 impl ShadowRays {
@@ -76,6 +80,8 @@ impl ShadowRays {
         self.hidden += other.hidden;
         self.partly_seen += other.partly_seen;
         self.fully_seen += other.fully_seen;
+        self.timed += other.timed;
+        self.timed_nanoseconds += other.timed_nanoseconds;
     }
 
     #[cfg(feature = "reference")]

@@ -1,7 +1,10 @@
 //! Fine elements that follow direct light.
 
 use std::{
-    sync::Arc,
+    sync::{
+        Arc,
+        atomic::{AtomicU64, Ordering::Relaxed},
+    },
     time::{Duration, Instant},
 };
 
@@ -37,6 +40,8 @@ pub(super) struct DirectElements<'a> {
     pub(super) direct: DirectAtVertices,
     pub(super) buried: Vec<bool>,
     pub(super) shadow_rays: ShadowRays,
+    /// What all threads together spent on direct light.
+    pub(super) nanoseconds: AtomicU64,
     /// Mean direct light [W/m²] of what is lit.
     pub(super) scale: f32,
     rounds: Rounds<'a>,
@@ -54,9 +59,9 @@ impl<'a> DirectElements<'a> {
     pub(super) fn new(context: &'a Context<'a>) -> Self {
         let refinement = Refinement::new(&context.problem.scene);
         let tessellation = Arc::clone(&context.problem.tessellation);
-        let (direct, buried, shadow_rays) = Default::default();
+        let (direct, buried, shadow_rays, nanoseconds) = Default::default();
         let (scale, rounds, last_shown) = (1.0, Rounds::new(context.monitor), Instant::now());
-        Self { context, refinement, tessellation, direct, buried, shadow_rays, scale, rounds, last_shown }
+        Self { context, refinement, tessellation, direct, buried, shadow_rays, nanoseconds, scale, rounds, last_shown }
     }
 
     /// Cuts until direct light is near what the corners say, in every element.
@@ -67,7 +72,12 @@ impl<'a> DirectElements<'a> {
             self.find_direct_light();
             let nodes: Vec<u32> = self.refinement.nodes().collect();
             let wanted = self.wanted(|scratch, element| {
-                nodes[element as usize] >= first_new && self.direct_light_bends(element, tolerance, scratch)
+                nodes[element as usize] >= first_new && {
+                    let started = Instant::now();
+                    let bends = self.direct_light_bends(element, tolerance, scratch);
+                    self.nanoseconds.fetch_add(started.elapsed().as_nanos() as u64, Relaxed);
+                    bends
+                }
             });
             first_new = self.refinement.node_count();
             if !self.cut(&wanted) {
@@ -163,6 +173,7 @@ impl<'a> DirectElements<'a> {
     fn direct_light_at(&self, origins: &VertexOrigins, vertices: &[u32]) -> (DirectAtVertices, Vec<Found>) {
         let Context { problem, monitor, .. } = *self.context;
         monitor.wait_while_paused();
+        let started = Instant::now();
         let (mut scratch, mut starts, mut usable) = (Scratch::default(), Vec::new(), Vec::new());
         let direct = self.context.direct();
         let (mut lights, mut traced) = (DirectAtVertices::default(), 0);
@@ -190,6 +201,7 @@ impl<'a> DirectElements<'a> {
             found
         };
         let found = vertices.iter().map(at).collect();
+        self.nanoseconds.fetch_add(started.elapsed().as_nanos() as u64, Relaxed);
         monitor.advance(vertices.len() as u64, traced);
         (lights, found)
     }

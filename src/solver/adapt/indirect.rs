@@ -1,6 +1,6 @@
 //! Coarse elements that follow indirect light: gather rays are traced at their vertices.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -48,6 +48,8 @@ pub(super) struct IndirectElements<'a> {
     pub(super) buried: Vec<bool>,
     /// Rows to the fine elements.
     pub(super) rows: Vec<Rows>,
+    /// What all threads together spent on tracing them.
+    pub(super) seconds: f64,
     /// Rays that were asked for so far.
     asked_rays: u64,
     /// Memory for rows.
@@ -84,6 +86,7 @@ impl<'a> IndirectElements<'a> {
             bend,
             buried,
             rows,
+            seconds: 0.0,
             asked_rays: 0,
             row_bytes: context.problem.settings.row_bytes(),
             scale,
@@ -198,7 +201,9 @@ impl<'a> IndirectElements<'a> {
                     buried.push(usable.is_empty() && !self.sources.origins.elements_around(vertex).is_empty());
                     emission.push(found.iter().sum());
                 };
+                let started = Instant::now();
                 transport.trace(vertices.iter().copied(), &mut chunk, is_cancelled, receive);
+                let seconds = started.elapsed().as_secs_f64();
                 let mut values = vec![Vec3::ZERO; vertices.len()];
                 transport.apply(&chunk, &outgoing, |index, value| values[index] = value);
                 let mut errors = vec![Vec3::ZERO; vertices.len()];
@@ -210,11 +215,12 @@ impl<'a> IndirectElements<'a> {
                     chunk.forget_rows();
                 }
                 monitor.advance(vertices.len() as u64, chunk.rays);
-                (vertices.to_vec(), chunk, kept, (values, errors), (emission, buried))
+                (vertices.to_vec(), (chunk, kept, seconds), (values, errors), (emission, buried))
             })
             .collect();
         self.asked_rays = asked;
-        for (vertices, chunk, kept, (values, errors), (emission, buried)) in traced {
+        for (vertices, (chunk, kept, seconds), (values, errors), (emission, buried)) in traced {
+            self.seconds += seconds;
             self.first_bounce.extend(values);
             self.squared_errors.extend(errors);
             self.found_emission.extend::<Vec<Vec3>>(emission);

@@ -83,14 +83,16 @@ fn adapt(context: &Context, report: &mut SolveReport) -> (Kept, Vec<Vec3>) {
     report.seconds_following_direct = started.elapsed().as_secs_f64();
     let mut coarse = IndirectElements::new(context, &fine);
     coarse.follow_light(INDIRECT_TOLERANCE * error);
-    let IndirectElements { rows, first_bounce, found_emission, buried, sources, .. } = coarse;
+    let IndirectElements { rows, first_bounce, found_emission, buried, sources, seconds, .. } = coarse;
+    report.gather_thread_seconds = seconds;
     let smooth = SmoothField::new(&sources.tessellation, &sources.origins, &buried);
     let mut coarse = Coarse { sources, buried, smooth, places: Vec::new() };
     let targets = Arc::clone(&fine.tessellation);
     let nodes_before: Vec<u32> = fine.refinement.nodes().collect();
     let field: Vec<Vec3> = first_bounce.iter().zip(&found_emission).map(|(bounce, found)| *bounce + *found).collect();
     fine.follow_smooth_field(&coarse, &field, SMOOTH_TOLERANCE * error);
-    let DirectElements { tessellation, mut direct, buried, shadow_rays, refinement, .. } = fine;
+    let DirectElements { tessellation, mut direct, buried, shadow_rays, nanoseconds, refinement, .. } = fine;
+    report.direct_thread_seconds = 1e-9 * nanoseconds.into_inner() as f64;
     coarse.locate(&tessellation);
     if context.finders.gather > 0 {
         let found = coarse.spread(found_emission);

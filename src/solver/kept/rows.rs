@@ -4,7 +4,7 @@
 //! the elements that were around a vertex when it was first traced, to the elements of that time, and from those to
 //! the elements as they are in the end.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Instant};
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -147,12 +147,14 @@ impl KeptRows {
         let Some(first) = self.rows.first() else { return };
         let outgoing = context.transport(&first.sources, fine).outgoing(field);
         let part_of_work = field.len() as f64 / self.vertex_count as f64;
-        let parts: Vec<(Vec<Vec3>, u64, u64)> = self.rows[part.clone()]
+        let parts: Vec<(Vec<Vec3>, u64, u64, f64)> = self.rows[part.clone()]
             .par_iter()
             .map(|rows| {
                 context.monitor.wait_while_paused();
                 let mut values = vec![Vec3::ZERO; rows.vertices.len()];
+                let started = Instant::now();
                 let traced_again = (!rows.kept).then(|| self.traced_again(context, rows));
+                let seconds = if rows.kept { 0.0 } else { started.elapsed().as_secs_f64() };
                 if !context.is_cancelled() {
                     let chunk = traced_again.as_ref().unwrap_or(&rows.chunk);
                     context.transport(&rows.sources, fine).apply(chunk, &outgoing, |index, value| {
@@ -163,11 +165,12 @@ impl KeptRows {
                 let rays = traced_again.map_or(0, |chunk| chunk.rays);
                 let reused = if rows.kept { rows.chunk.rays } else { 0 };
                 context.monitor.advance((rows.vertices.len() as f64 * part_of_work) as u64, rays);
-                (values, rays, reused)
+                (values, rays, reused, seconds)
             })
             .collect();
-        for (Rows { vertices, .. }, (values, rays, reused)) in self.rows[part].iter().zip(parts) {
+        for (Rows { vertices, .. }, (values, rays, reused, seconds)) in self.rows[part].iter().zip(parts) {
             report.gather_rays += rays;
+            report.gather_thread_seconds += seconds;
             report.gather_rays_reused += reused;
             for (&vertex, value) in vertices.iter().zip(values) {
                 gathered[vertex as usize] = value;
