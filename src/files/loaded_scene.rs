@@ -7,6 +7,7 @@ use std::{
 
 use anyhow::Context as _;
 
+use super::first_camera::first_camera;
 use crate::{
     math::color::ToneMap,
     scene::{LoadOptions, Scene, builtin, camera::CameraState, load},
@@ -27,7 +28,7 @@ pub struct LoadedScene {
     pub load: LoadOptions,
     /// What the state file said.
     pub state: State,
-    /// The state's camera, or one that looks at the whole scene.
+    /// The state's camera, or one that looks at the whole scene, or into it if it is a room.
     pub camera: CameraState,
     /// The state's tone map, or the default.
     pub tone_map: ToneMap,
@@ -40,12 +41,10 @@ impl LoadedScene {
     /// One line, if there is no usable scene at `path`.
     pub fn load(path: &Path, state: State, options: LoadOptions) -> anyhow::Result<Self> {
         let scene = if is_builtin(path) { builtin::cornell(&options)? } else { load::load(path, &options)? };
-        let camera = state.camera.unwrap_or_else(|| {
-            let (minimum, maximum) = scene.bounds_in_metres();
-            CameraState::looking_at_bounds(minimum, maximum)
-        });
+        let scene = Arc::new(scene);
+        let camera = state.camera.unwrap_or_else(|| first_camera(&scene));
         let tone_map = state.tone_map.unwrap_or_default();
-        Ok(Self { path: path.to_path_buf(), scene: Arc::new(scene), load: options, state, camera, tone_map })
+        Ok(Self { path: path.to_path_buf(), scene, load: options, state, camera, tone_map })
     }
 }
 

@@ -3,6 +3,7 @@
 pub mod atlas_cache;
 #[cfg(feature = "reference")]
 pub mod error_plot;
+mod first_camera;
 pub mod lightmap_export;
 pub mod loaded_scene;
 pub mod mesh_export;
