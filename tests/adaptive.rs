@@ -212,3 +212,35 @@ fn no_more_vertices_than_allowed_are_made() {
     let settings = SolveSettings { max_vertices: 500, ..to_error(0.01, 16) };
     assert!(solve_unwatched(&cornell(settings)).0.buried.len() < 1_000);
 }
+
+/// Few rays a vertex are not enough for a small error: more are traced where their noise counts most, until the estimate
+/// allows it. For a large error they are enough.
+#[test]
+fn rays_are_added_where_their_noise_is_larger_than_the_error_allows() {
+    const RAYS: u32 = 16;
+    let told = |error: f32| {
+        let job = Job::start(cornell(to_error(error, RAYS)), 2).unwrap();
+        while !job.is_finished() {
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        let errors = job.messages().find_map(|message| match message {
+            Message::SamplingError(errors) => Some(errors),
+            _ => None,
+        });
+        let Solved { solution, report, tessellation, .. } = job.finish().unwrap();
+        let areas = tessellation.vertex_areas();
+        let mean = |of: &dyn Fn(usize) -> f64| {
+            let sum: f64 = (0..areas.len()).map(|vertex| f64::from(areas[vertex]) * of(vertex)).sum();
+            sum / areas.iter().map(|area| f64::from(*area)).sum::<f64>()
+        };
+        let errors = errors.unwrap();
+        let noise = mean(&|vertex| f64::from(errors[vertex]).powi(2)).sqrt();
+        let light = mean(&|vertex| f64::from(solution.total()[vertex].element_sum() / 3.0));
+        (noise / light, report.gather_rays as f64 / (f64::from(RAYS) * report.gathered_vertices as f64))
+    };
+    let (loose, strict) = (told(0.2), told(0.02));
+    assert!(loose.1 <= 1.0, "{} times the rays", loose.1);
+    assert!(strict.1 > 1.5, "{} times the rays", strict.1);
+    // The estimate is at most twice the error; it is of the first bounce, and what is told here of all of them.
+    assert!(loose.0 > 0.06 && strict.0 < 0.05, "noise of {loose:?} and {strict:?}");
+}

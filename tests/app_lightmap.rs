@@ -172,7 +172,7 @@ fn form_factors_show_their_field_after_every_sweep_and_end_near_the_ray_tracers(
     {
         let app = window.state_mut();
         let settings = &mut app.document.edit.settings;
-        (settings.subdivide, settings.bounces) = (2, None);
+        (settings.subdivide, settings.bounces, settings.adaptive) = (2, None, 0.0);
         let factors = &mut app.lightmap.factors.settings;
         (factors.subdivide, factors.resolution, factors.sweeps) = (2, 64, 12);
     }

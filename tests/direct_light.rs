@@ -11,7 +11,7 @@ use glam::{DVec3, Vec2, Vec3};
 use radiosity::{
     check::{closed_form::polygon_irradiance, surface_points::area_uniform_points},
     math::sequence::Sampler,
-    scene::{AreaLight, LoadOptions, Scene},
+    scene::{AreaLight, LoadOptions, Scene, load::load_from_memory},
     solver::{PointIrradiance, Reconstruction, Reconstructor, SolveSettings},
     trace::{SurfacePoint, Tracer, locate_point},
     transport::{
@@ -122,4 +122,91 @@ fn a_point_under_a_block_is_dark_and_one_beside_it_is_not() {
             assert!(at(x, z).total.min_element() > 0.0, "{x} {z}");
         }
     }
+}
+
+/// A floor of 2 x 2 m under a light of 6 x 6 m at 1 m, and what else there is.
+fn floor_and_light(more: &str) -> (Arc<Scene>, AreaLight) {
+    let obj = format!("v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n{more}");
+    let scene = Arc::new(load_from_memory("floor", &obj, "", &LoadOptions::default()).unwrap());
+    let light = AreaLight {
+        centre: DVec3::Y.as_vec3(),
+        half_extent_u: 3.0 * Vec3::X,
+        half_extent_v: 3.0 * Vec3::Z,
+        radiance: Vec3::splat(2.0),
+    };
+    let frame = &scene.frame;
+    let light = AreaLight {
+        centre: frame.point_to_local(light.centre.as_dvec3()),
+        half_extent_u: frame.vector_to_local(light.half_extent_u.as_dvec3()),
+        half_extent_v: frame.vector_to_local(light.half_extent_v.as_dvec3()),
+        ..light
+    };
+    (scene, light)
+}
+
+/// Rows of `columns` x `columns` level triangles of this size, 0.5 m above the floor, as OBJ.
+fn level_triangles(columns: u32, size: f64) -> String {
+    let corner = |x: f64, z: f64| format!("v {x} 0.5 {z}\n");
+    let at = |index: u32| 2.4 * (f64::from(index) + 0.5) / f64::from(columns) - 1.2;
+    let places = (0..columns).flat_map(|row| (0..columns).map(move |column| (at(column), at(row))));
+    places.map(|(x, z)| corner(x, z) + &corner(x, z + size) + &corner(x + size, z) + "f -3 -2 -1\n").collect()
+}
+
+fn origin_of_floor(scene: &Arc<Scene>) -> SurfacePoint {
+    let tracer = Tracer::new(Arc::clone(scene));
+    let place = scene.frame.point_to_local(DVec3::new(0.1, 0.0, 0.03));
+    let (triangle, barycentric) = locate_point(&tracer, scene, place, Vec3::Y).unwrap();
+    SurfacePoint::new(scene, triangle, barycentric)
+}
+
+/// Expected: Lambert's formula for the whole light. A hundred specks, 10 micrometres large, lie in the shaft, too many to cut
+/// the light's outline by, and no sample meets one.
+#[test]
+fn where_all_samples_see_the_light_its_closed_form_is_taken_and_the_rest_is_not_traced() {
+    let (scene, light) = floor_and_light(&level_triangles(10, 1e-5));
+    let point = origin_of_floor(&scene);
+    let expected = polygon_irradiance(point.origin, point.shading_normal, &light.corners(), light.radiance);
+    let (found, rays) = direct_at(&scene, Some(light), DirectMethod::Analytic, &point);
+    assert!(found.abs_diff_eq(expected, 1e-5 * expected.x), "{found}, not {expected}");
+    assert!(rays.traced <= 16 && rays.fully_seen > 16_000, "{rays:?}");
+}
+
+/// Expected: what 16,384 samples of eq. 3 say by themselves, which err by some 1e-3.
+#[test]
+fn where_many_triangles_hide_part_of_a_light_samples_tell_the_part_alone() {
+    let (scene, light) = floor_and_light(&level_triangles(12, 0.14));
+    let point = origin_of_floor(&scene);
+    let whole = polygon_irradiance(point.origin, point.shading_normal, &light.corners(), light.radiance);
+    let (by_part, rays) = direct_at(&scene, Some(light), DirectMethod::Analytic, &point);
+    let (sampled, _) = direct_at(&scene, Some(light), DirectMethod::Sampled, &point);
+    assert!(rays.traced > 16_000, "{rays:?}");
+    assert!(sampled.x > 0.5 * whole.x && sampled.x < 0.9 * whole.x, "{sampled} of {whole}");
+    assert!((by_part.x / sampled.x - 1.0).abs() < 3e-3, "{by_part}, not {sampled}");
+}
+
+/// Expected: Lambert's formula for the light without the plate. A plate whose back is to the floor takes up 69 % of what the
+/// floor's middle sees: that is most of it, but the point is no more than dark.
+#[test]
+fn a_point_that_sees_back_faces_for_the_most_part_has_the_light_of_the_rest() {
+    let (scene, light) = floor_and_light("v -0.4 0.3 -0.4\nv -0.4 0.3 0.4\nv 0.4 0.3 0.4\nv 0.4 0.3 -0.4\nf 5 6 7 8\n");
+    let settings = SolveSettings { rays: 64, bounces: Some(0), subdivide: 1, ..SolveSettings::even() };
+    let state = radiosity::scene::area_light::AreaLightState {
+        centre: [0.0, 1.0, 0.0],
+        u: [3.0, 0.0, 0.0],
+        v: [0.0, 0.0, 3.0],
+        radiance: [2.0; 3],
+    };
+    let problem = problem(&scene, Some(state), settings);
+    let (solution, _) = solve_unwatched(&problem);
+    let middle = scene.frame.point_to_local(DVec3::ZERO);
+    let positions = &problem.tessellation.mesh.positions;
+    let vertex = positions.iter().position(|position| position.distance(middle) < 1e-6).unwrap();
+    let plate: Vec<Vec3> = scene.mesh.corners(2).into_iter().chain([scene.mesh.corners(3)[2]]).collect();
+    let plate = [plate[0], plate[3], plate[2], plate[1]];
+    let above = Vec3::Y * 1e-6;
+    let of = |corners: &[Vec3]| polygon_irradiance(middle + above, Vec3::Y, corners, light.radiance);
+    let expected = of(&light.corners()) - of(&plate);
+    let found = solution.direct()[vertex];
+    assert!(!solution.buried[vertex]);
+    assert!((found.x / expected.x - 1.0).abs() < 0.02, "{found}, not {expected}");
 }

@@ -75,7 +75,7 @@ fn view_ui(ui: &mut Ui, number: usize, view: &mut ViewSettings, available: Avail
         ui.horizontal_wrapped(|ui| {
             ui.checkbox(&mut view.wireframe, "Wireframe").on_hover_text("B: edges of the elements");
             ui.checkbox(&mut view.false_colour, "False colours").on_hover_text("F: with a legend in W/m²");
-            let tooltip = "Hatches the elements around vertices that see mostly back faces";
+            let tooltip = "Hatches the elements around vertices that see next to nothing but back faces";
             ui.checkbox(&mut view.buried, "Buried").on_hover_text(tooltip);
         });
         if view.has_legend() {

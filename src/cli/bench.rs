@@ -1,6 +1,7 @@
 //! `radiosity bench`: seconds against error, for ways to solve a scene whose truth is known.
 
 use std::{
+    ops::RangeInclusive,
     path::{Path, PathBuf},
     sync::Arc,
     time::Instant,
@@ -50,6 +51,9 @@ pub enum Method {
 /// 784, 1,600, 3,136 and 6,400 patches.
 const PATCH_EDGES: [f64; 7] = [0.45, 0.35, 0.28, 0.23, 0.16, 0.11, 0.08];
 
+/// Even elements that a budget may ask for: fewer show nothing, more take minutes.
+const EVEN_ELEMENTS: RangeInclusive<u64> = 400..=2_000_000;
+
 /// What a method is run with.
 enum Budget {
     /// By the solver.
@@ -77,6 +81,8 @@ impl Method {
                 (format!("subdivide {subdivide}, {rays} rays"), Budget::Solve(settings))
             }
         };
+        let triangles = scene.mesh.triangles.len() as u64;
+        let suits = |&(subdivide, _): &(u32, u32)| EVEN_ELEMENTS.contains(&(triangles << (2 * subdivide)));
         let follow = |(error, rays)| {
             let settings = SolveSettings { adaptive: error, rays, unabsorbed: 1e-3, ..Default::default() };
             (format!("error {error}, {rays} rays"), Budget::Solve(settings))
@@ -94,9 +100,17 @@ impl Method {
             (format!("edges up to {metres:.3} m"), Budget::Patches(settings))
         };
         match self {
-            Self::Follow => [(0.2, 64), (0.1, 64), (0.05, 128), (0.03, 256), (0.02, 512)].map(follow).into(),
-            Self::Even => [(2, 64), (3, 128), (4, 256), (4, 1024), (5, 1024)].map(even(Engine::Reference, None)).into(),
-            Self::Student => [(2, 64), (3, 64), (4, 64), (4, 256)].map(even(Engine::Student, Some(8))).into(),
+            Self::Follow => {
+                [(0.2, 64), (0.1, 64), (0.05, 128), (0.03, 256), (0.02, 512), (0.01, 512)].map(follow).into()
+            }
+            Self::Even => {
+                let cuts = [(0, 64), (0, 256), (1, 256), (2, 64), (3, 128), (4, 256), (4, 1024), (5, 1024)];
+                cuts.into_iter().filter(suits).map(even(Engine::Reference, None)).collect()
+            }
+            Self::Student => {
+                let cuts = [(0, 64), (0, 256), (2, 64), (3, 64), (4, 64), (4, 256)];
+                cuts.into_iter().filter(suits).map(even(Engine::Student, Some(8))).collect()
+            }
             Self::Patches => PATCH_EDGES.map(patches).into(),
         }
     }

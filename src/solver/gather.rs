@@ -153,7 +153,7 @@ impl Tracing<'_> {
 
     fn keep(self, traced: Vec<Traced>) -> Kept {
         let tessellation = Arc::clone(&self.sources.tessellation);
-        let is_kept = self.keeps_rows();
+        let sources = (!self.keeps_rows()).then(|| Arc::clone(&self.sources));
         let (mut direct, mut buried, mut rows) = (DirectAtVertices::default(), Vec::new(), Vec::new());
         let (mut hats, mut partly_buried) = ([Vec::new(), Vec::new()], Vec::new());
         for (index, mut chunk) in traced.into_iter().enumerate() {
@@ -165,7 +165,7 @@ impl Tracing<'_> {
             partly_buried.extend(chunk.rows.partly_buried());
             buried.extend(chunk.buried);
             let vertices = self.chunk_range(index).collect();
-            rows.push(Rows { vertices, chunk: chunk.rows, kept: is_kept, sources: Arc::clone(&self.sources) });
+            rows.push(Rows { vertices, chunk: chunk.rows, sources: sources.clone() });
         }
         let rows = KeptRows::new(rows, Arc::clone(&tessellation), None, self.vertex_count());
         Kept::new(self.context.problem, tessellation, (direct, buried), rows, None).with_samples(hats, partly_buried)

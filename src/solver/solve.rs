@@ -121,7 +121,7 @@ pub struct SolveReport {
     pub iterations: u32,
     /// Bytes of the kept rows; 0 if they were traced anew at each bounce.
     pub row_bytes: u64,
-    /// Vertices that see mostly back faces.
+    /// Vertices that see next to nothing but back faces.
     pub buried_vertices: u64,
     /// Fraction of the emitted power that is still unabsorbed.
     pub unabsorbed: f64,
@@ -182,7 +182,7 @@ pub(super) const MOST_BOUNCES: u32 = 1000;
 pub(super) struct Computed {
     /// Irradiance of each bounce alone [W/m²].
     pub(super) bounces: Vec<Arc<Vec<Vec3>>>,
-    /// The vertices that see mostly back faces.
+    /// The vertices that see next to nothing but back faces.
     pub(super) buried: Vec<bool>,
     /// The elements that carry the bounces.
     pub(super) tessellation: Arc<Tessellation>,

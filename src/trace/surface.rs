@@ -56,7 +56,7 @@ impl SurfacePoint {
         self.ray(offset / distance).map(|ray| Ray { max_distance: distance, ..ray })
     }
 
-    /// True if rays from the point mostly meet back faces: the rule by which vertices are found to be buried.
+    /// True if nearly all rays from the point meet back faces: the rule by which vertices are found to be buried.
     pub fn is_buried(&self, tracer: &dyn RayTracer) -> bool {
         self.surroundings(tracer).is_buried
     }
@@ -75,19 +75,25 @@ impl SurfacePoint {
             let (sine, cosine) = (PI * (3.0 - 5.0_f32.sqrt()) * index as f32).sin_cos();
             self.ray(basis * Vec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).sqrt()))
         });
-        let (mut back_hits, mut clearance) = (0, f32::INFINITY);
-        for hit in rays.filter_map(|ray| tracer.closest_hit(&ray)) {
-            back_hits += usize::from(!hit.front);
+        let (mut traced, mut back_hits, mut clearance) = (0, 0, f32::INFINITY);
+        for hit in rays.inspect(|_| traced += 1).filter_map(|ray| tracer.closest_hit(&ray)) {
+            back_hits += u32::from(!hit.front);
             clearance = clearance.min(hit.distance);
         }
-        Surroundings { is_buried: 2 * back_hits > RAYS_FOR_BURIAL as usize, clearance }
+        Surroundings { is_buried: is_buried_by(back_hits, traced), clearance }
     }
+}
+
+/// True for a point from which so many of so many rays, spread by the cosine, meet back faces that it lies inside an object.
+/// A point that sees back faces for the most part but not wholly is dark, and no more: light still reaches it from the rest.
+pub fn is_buried_by(back_hits: u32, rays: u32) -> bool {
+    10 * u64::from(back_hits) > 9 * u64::from(rays)
 }
 
 /// What lies around a point of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surroundings {
-    /// Most of it are back faces.
+    /// Nearly all of it are back faces.
     pub is_buried: bool,
     /// Distance of the nearest surface that rays met; infinite if none did.
     pub clearance: f32,

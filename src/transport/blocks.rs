@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::trace::surface::is_buried_by;
+
 /// A row is made of this many blocks of consecutive samples, which tell its sampling error: see [`squared_error`].
 pub(super) const BLOCKS: usize = 4;
 
@@ -9,6 +11,8 @@ pub(super) const BLOCKS: usize = 4;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Run {
     pub(super) rays: u32,
+    /// Those that could be traced, and of them those that met back faces.
+    pub(super) traced: u32,
     pub(super) back_hits: u32,
     pub(super) entries: u32,
     pub(super) emission: Vec3,
@@ -16,7 +20,7 @@ pub(super) struct Run {
 
 impl Run {
     pub(super) fn is_buried(&self) -> bool {
-        2 * self.back_hits > self.rays
+        is_buried_by(self.back_hits, self.traced)
     }
 }
 

@@ -13,7 +13,7 @@ use super::{
     lights::{DirectMethod, FinderCounts, Lights, area_to_solid_angle},
     origins::samples_of_origin,
     sampling::{area_light_point, cosine_pdf_solid_angle, triangle_point},
-    visible_light::{PolygonLight, Scratch, Seen, Sight, visible_irradiance},
+    visible_light::{PolygonLight, Scratch, Seen, Sight, unhidden_irradiance, visible_irradiance},
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
@@ -114,12 +114,11 @@ impl DirectContext<'_> {
         }
         let (normal, area, corners) = (light.normal(), light.area(), light.corners());
         let polygon = PolygonLight { corners: &corners, normal, radiance: light.radiance, triangle: NO_TRIANGLE };
-        let by_polygon = |origin: &SurfacePoint| self.visible(origin, &polygon, scratch);
-        self.mean_over(receiver, Stream::AreaLight, rays, by_polygon, |origin, point, rays| {
+        let look = |origin: &SurfacePoint| self.look_at(origin, std::iter::once(polygon), scratch);
+        self.mean_over(receiver, Stream::AreaLight, rays, look, |origin, point| {
             // One term of eq. 3, the density being one over the area.
             let position = area_light_point(light, point);
-            let weight = geometry_term(origin, position, normal) * area;
-            self.if_visible(light.radiance * weight, origin, position, rays)
+            Some((light.radiance * (geometry_term(origin, position, normal) * area), position))
         })
     }
 
@@ -135,121 +134,205 @@ impl DirectContext<'_> {
             return Vec3::ZERO;
         }
         let triangles = emitters.as_polygons(self.scene);
+        let corners: Vec<[Vec3; 3]> =
+            triangles.unwrap_or_default().iter().map(|&triangle| self.scene.mesh.corners(triangle)).collect();
+        let polygons = triangles.unwrap_or_default().iter().zip(&corners).map(|(&triangle, corners)| PolygonLight {
+            corners,
+            normal: self.scene.mesh.geometric_normal(triangle),
+            radiance: self.scene.material(triangle).emitted_radiance,
+            triangle,
+        });
         let mut from_gather = Vec3::ZERO;
         let mut index = 0;
-        let by_polygon = |origin: &SurfacePoint| {
-            let known = triangles.and_then(|triangles| self.visible_emitters(origin, triangles, scratch));
-            if known.is_none() {
+        let look = |origin: &SurfacePoint| {
+            let known = match triangles {
+                Some(_) => self.look_at(origin, polygons.clone(), scratch),
+                None => Look::Sample { unhidden: None },
+            };
+            if matches!(known, Look::Sample { unhidden: None }) {
                 from_gather += found.get(index).copied().unwrap_or_default();
             }
             index += 1;
             known
         };
-        let mean = self.mean_over(receiver, Stream::Emitters, rays, by_polygon, |origin, point, rays| {
-            self.emitters_term(origin, point, rays)
-        });
+        let mean =
+            self.mean_over(receiver, Stream::Emitters, rays, look, |origin, point| self.emitters_term(origin, point));
         mean + from_gather
     }
 
-    /// The mean over the origins of what `known` says, or where it knows nothing, of samples from there.
+    /// The mean over the origins of what a look at the light says, or where that is not enough, of samples from there:
+    /// `sample` gives the term of eq. 3 with nothing between, and the point on the light.
     fn mean_over(
         &self,
         receiver: &mut Receiver,
         stream: Stream,
         rays: &mut ShadowRays,
-        mut known: impl FnMut(&SurfacePoint) -> Option<Seen>,
-        mut estimate: impl FnMut(&SurfacePoint, Vec2, &mut ShadowRays) -> Vec3,
+        mut look: impl FnMut(&SurfacePoint) -> Look,
+        sample: impl Fn(&SurfacePoint, Vec2) -> Option<(Vec3, Vec3)>,
     ) -> Vec3 {
         let sequence = Sequence::new(self.sampler, self.seed, receiver.vertex, stream, self.light_rays);
         let (mut sum, mut is_untimed) = (Vec3::ZERO, true);
         for (place, origin) in receiver.origins.iter().enumerate() {
             let run = samples_of_origin(place, self.light_rays, receiver.origins.len());
-            if let Some(seen) = known(origin) {
-                rays.skip(seen.sight, u64::from(run.end - run.start));
-                let part = seen.irradiance / receiver.origins.len() as f32;
-                sum += part;
-                receiver.blocks.iter_mut().for_each(|(sum, count)| *sum += part * *count as f32);
-                continue;
-            }
+            let count = u64::from(run.end - run.start);
+            let unhidden = match look(origin) {
+                Look::Known(seen) => {
+                    rays.skip(seen.sight, count);
+                    sum += receiver.spread_evenly(seen.irradiance);
+                    continue;
+                }
+                Look::Sample { unhidden } => unhidden,
+            };
             let (timed, traced_before) = (is_untimed.then(Instant::now), rays.traced);
             is_untimed = false;
-            let mut block = 0;
+            let mut samples = Samples::default();
             for index in run.take_while(|index| index % SAMPLES_PER_LOOK != 0 || !(self.is_cancelled)()) {
-                let term = estimate(origin, sequence.sample_2d(index), rays);
-                sum += term / self.light_rays as f32;
-                while index >= receiver.ends[block] {
-                    block += 1;
+                if unhidden.is_some() && samples.agree() {
+                    break;
                 }
-                receiver.blocks[block].0 += term;
+                let term = sample(origin, sequence.sample_2d(index));
+                samples.enter(term.map(|term| self.is_seen(term, origin, rays)), receiver.block_of(index));
             }
             if let Some(started) = timed.filter(|_| rays.traced > traced_before) {
                 rays.timed += rays.traced - traced_before;
                 rays.timed_nanoseconds += started.elapsed().as_nanos() as u64;
             }
+            sum += match unhidden.filter(|_| samples.agree()) {
+                Some(unhidden) => {
+                    let sight = if samples.seen == 0 { Sight::Hidden } else { Sight::Whole };
+                    rays.skip(sight, count - u64::from(samples.taken));
+                    receiver.spread_evenly(if samples.seen == 0 { Vec3::ZERO } else { unhidden })
+                }
+                None => receiver.enter(&samples, unhidden, self.light_rays),
+            };
         }
         sum
     }
 
-    /// Irradiance from a polygon light, where it can be known without samples.
-    fn visible(&self, origin: &SurfacePoint, light: &PolygonLight, scratch: &mut Scratch) -> Option<Seen> {
-        if self.method == DirectMethod::Sampled {
-            return None;
-        }
-        visible_irradiance(self.tracer, |triangle| self.scene.mesh.corners(triangle), origin, light, scratch)
+    /// A sample of a light, and whether the light is seen there; a ray is traced where it could be.
+    fn is_seen(
+        &self,
+        (term, target): (Vec3, Vec3),
+        from: &SurfacePoint,
+        rays: &mut ShadowRays,
+    ) -> (Vec3, Option<bool>) {
+        // A product that overflowed is dropped with its ray: no infinity may reach a result.
+        let ray = from.ray_to(target).filter(|_| term.max_element() > 0.0 && term.is_finite());
+        let Some(ray) = ray else {
+            rays.skip(Sight::BelowHorizon, 1);
+            return (Vec3::ZERO, None);
+        };
+        rays.traced += 1;
+        (term, Some(!self.tracer.occluded(&ray)))
     }
 
-    /// Irradiance from all emissive triangles, where it can be known without samples.
-    fn visible_emitters(&self, origin: &SurfacePoint, triangles: &[u32], scratch: &mut Scratch) -> Option<Seen> {
+    /// What is known of polygon lights without samples.
+    fn look_at<'p>(
+        &self,
+        origin: &SurfacePoint,
+        mut lights: impl Iterator<Item = PolygonLight<'p>> + Clone,
+        scratch: &mut Scratch,
+    ) -> Look {
+        if self.method == DirectMethod::Sampled {
+            return Look::Sample { unhidden: None };
+        }
+        let all = lights.clone();
+        let corners_of = |triangle| self.scene.mesh.corners(triangle);
         let none = Seen { irradiance: Vec3::ZERO, sight: Sight::BelowHorizon };
-        triangles.iter().try_fold(none, |sum, &triangle| {
-            let corners = self.scene.mesh.corners(triangle);
-            let light = PolygonLight {
-                corners: &corners,
-                normal: self.scene.mesh.geometric_normal(triangle),
-                radiance: self.scene.material(triangle).emitted_radiance,
-                triangle,
-            };
-            let seen = self.visible(origin, &light, scratch)?;
+        let known = lights.try_fold(none, |sum, light| {
+            let seen = visible_irradiance(self.tracer, corners_of, origin, &light, scratch)?;
             Some(Seen { irradiance: sum.irradiance + seen.irradiance, sight: sum.sight.max(seen.sight) })
-        })
+        });
+        let unhidden = || all.map(|light| unhidden_irradiance(origin, &light)).sum();
+        known.map_or_else(|| Look::Sample { unhidden: Some(unhidden()) }, Look::Known)
     }
 
     /// One term of eq. 3 for the emissive triangles: a point on one of them, chosen by power. This is the samples'
     /// share of it.
-    fn emitters_term(&self, from: &SurfacePoint, point: Vec2, rays: &mut ShadowRays) -> Vec3 {
-        let Some((triangle, rest)) = self.lights.emitters.choose(point.x) else {
-            return Vec3::ZERO;
-        };
+    fn emitters_term(&self, from: &SurfacePoint, point: Vec2) -> Option<(Vec3, Vec3)> {
+        let (triangle, rest) = self.lights.emitters.choose(point.x)?;
         let corners = self.scene.mesh.corners(triangle);
         let normal = self.scene.mesh.geometric_normal(triangle);
         let position = triangle_point(corners, Vec2::new(rest, point.y)).1;
         let radiance = self.scene.material(triangle).emitted_radiance;
         let pdf_area = self.lights.emitters.pdf_area(radiance);
         let geometry = geometry_term(from, position, normal);
-        if geometry <= 0.0 {
-            rays.skip(Sight::BelowHorizon, 1);
-            return Vec3::ZERO;
-        }
         let (direction, distance) = (position - from.origin).normalize_and_length();
         let light_pdf = area_to_solid_angle(pdf_area, distance, -direction.dot(normal));
         let gather_pdf = cosine_pdf_solid_angle(direction.dot(from.shading_normal));
         let share = 1.0 - self.finders.gather_share(gather_pdf, light_pdf);
-        let irradiance = radiance * (geometry / pdf_area * share);
-        self.if_visible(irradiance, from, lift(position, normal, corners), rays)
+        (geometry > 0.0).then(|| (radiance * (geometry / pdf_area * share), lift(position, normal, corners)))
+    }
+}
+
+impl Receiver<'_> {
+    fn block_of(&self, index: u32) -> usize {
+        self.ends.iter().position(|&end| index < end).unwrap_or(BLOCKS - 1)
     }
 
-    fn if_visible(&self, irradiance: Vec3, from: &SurfacePoint, target: Vec3, rays: &mut ShadowRays) -> Vec3 {
-        // A product that overflowed is dropped with its ray: no infinity may reach a result.
-        if !(irradiance.max_element() > 0.0 && irradiance.is_finite()) {
-            rays.skip(Sight::BelowHorizon, 1);
-            return Vec3::ZERO;
+    /// Enters what is known of one origin; it does not scatter. Returns its part of the mean.
+    fn spread_evenly(&mut self, irradiance: Vec3) -> Vec3 {
+        let part = irradiance / self.origins.len() as f32;
+        self.blocks.iter_mut().for_each(|(sum, count)| *sum += part * *count as f32);
+        part
+    }
+
+    /// Enters the samples of one origin. Where the light's irradiance is known but for what hides it, they tell that
+    /// part alone (a ratio estimator; Heitz, Hill and McGuire 2018, "Combining Analytic Direct Illumination and Stochastic
+    /// Shadows"): so there is no spike beside a light. Returns their part of the mean.
+    fn enter(&mut self, samples: &Samples, unhidden: Option<Vec3>, light_rays: u32) -> Vec3 {
+        let factor = unhidden.map_or(Vec3::ONE, |unhidden| {
+            let whole = unhidden * (light_rays as f32 / self.origins.len() as f32);
+            Vec3::select(samples.unhidden.cmpgt(Vec3::ZERO), whole / samples.unhidden, Vec3::ZERO)
+        });
+        let mut part = Vec3::ZERO;
+        for ((sum, _), block) in self.blocks.iter_mut().zip(samples.blocks) {
+            *sum += factor * block;
+            part += factor * block / light_rays as f32;
         }
-        let Some(ray) = from.ray_to(target) else {
-            rays.skip(Sight::BelowHorizon, 1);
-            return Vec3::ZERO;
-        };
-        rays.traced += 1;
-        if self.tracer.occluded(&ray) { Vec3::ZERO } else { irradiance }
+        part
+    }
+}
+
+/// What a look at a light tells.
+enum Look {
+    /// Its irradiance.
+    Known(Seen),
+    /// Samples must tell how much of it is hidden, or all of it where what there would be with nothing between is not
+    /// known either.
+    Sample { unhidden: Option<Vec3> },
+}
+
+/// If so many samples agree that a light is seen, or that it is hidden, the others need not be taken.
+const AGREEING: u32 = 16;
+
+/// Samples of a light from one origin.
+#[derive(Default)]
+struct Samples {
+    /// Taken, and of those that could see the light, those that do and those that do not.
+    taken: u32,
+    seen: u32,
+    hidden: u32,
+    /// The sum of their terms, and of each block those that are not hidden.
+    unhidden: Vec3,
+    blocks: [Vec3; BLOCKS],
+}
+
+impl Samples {
+    fn enter(&mut self, sample: Option<(Vec3, Option<bool>)>, block: usize) {
+        self.taken += 1;
+        let Some((term, Some(is_seen))) = sample else { return };
+        self.unhidden += term;
+        self.seen += u32::from(is_seen);
+        self.hidden += u32::from(!is_seen);
+        if is_seen {
+            self.blocks[block] += term;
+        }
+    }
+
+    /// True if enough of them see the light altogether, or not at all.
+    fn agree(&self) -> bool {
+        self.taken >= AGREEING && (self.seen == 0 || self.hidden == 0)
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! A vertex often lies in a crease, where rays from the vertex itself see half a world and darken the field around.
 //! So its rays start a little inside each of the elements around it, in turn; and an element whose start is buried
-//! (its rays mostly meet back faces) is left out of the vertex's value.
+//! (nearly all its rays meet back faces) is left out of the vertex's value.
 
 use clap::ValueEnum;
 use glam::Vec3;

@@ -46,6 +46,13 @@ impl Polygon {
     /// The parts with `normal · p >= offset` and `normal · p <= offset` (Sutherland and Hodgman 1974).
     pub(super) fn split(&self, normal: DVec3, offset: f64) -> (Self, Self) {
         let (mut above, mut below) = (Self::NONE, Self::NONE);
+        self.split_into(normal, offset, &mut above, &mut below);
+        (above, below)
+    }
+
+    /// The same into polygons that are there: a polygon is large, and to move it costs more than to split it.
+    fn split_into(&self, normal: DVec3, offset: f64, above: &mut Self, below: &mut Self) {
+        (above.count, below.count) = (0, 0);
         for (start, end) in self.edges() {
             let (from, to) = (normal.dot(start) - offset, normal.dot(end) - offset);
             if from >= 0.0 {
@@ -60,7 +67,6 @@ impl Polygon {
                 below.push(crossing);
             }
         }
-        (above, below)
     }
 
     /// Irradiance [W/m²] at the origin on a surface of unit normal `normal` from this polygon at radiance 1, the
@@ -100,20 +106,26 @@ pub(super) fn subtract(pieces: &mut Vec<Polygon>, occluder: &Polygon, spare: &mu
     }
     let sides = &sides[..side_count];
     spare.clear();
+    let [mut inside, mut outside] = [Polygon::NONE; 2];
     for piece in pieces.iter() {
+        let lies_aside = |side: &DVec3| piece.corners().iter().all(|corner| side.dot(*corner) <= 0.0);
+        if side_count < 3 || sides.iter().any(lies_aside) {
+            spare.push(*piece);
+            continue;
+        }
         let start = spare.len();
         let mut rest = *piece;
         for &inwards in sides {
-            let (inside, outside) = rest.split(inwards, 0.0);
+            rest.split_into(inwards, 0.0, &mut inside, &mut outside);
             if !outside.is_empty() {
                 spare.push(outside);
             }
-            rest = inside;
+            std::mem::swap(&mut rest, &mut inside);
             if rest.is_empty() {
                 break;
             }
         }
-        if rest.is_empty() || side_count < 3 {
+        if rest.is_empty() {
             // Not covered at all: the piece stays whole.
             spare.truncate(start);
             spare.push(*piece);

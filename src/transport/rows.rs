@@ -93,6 +93,55 @@ impl RowChunk {
         }
     }
 
+    /// One bounce: irradiance [W/m²] at each vertex of the chunk from what leaves the elements (eq. 4).
+    pub fn apply(&self, outgoing: &Outgoing, mut receive: impl FnMut(usize, Vec3)) {
+        let mut start = 0;
+        for (index, &(end, rays)) in self.rows.iter().enumerate() {
+            let sum = outgoing.sum(self, start..end as usize);
+            start = end as usize;
+            receive(index, if rays == 0 { Vec3::ZERO } else { sum / rays as f32 });
+        }
+    }
+
+    /// The squared standard error of one bounce's irradiance at each vertex of the chunk, by the scatter of its blocks.
+    pub fn squared_errors(&self, outgoing: &Outgoing, mut receive: impl FnMut(usize, Vec3)) {
+        let mut start = 0;
+        for (index, (&(end, _), blocks)) in self.rows.iter().zip(&self.blocks).enumerate() {
+            let mut from = start;
+            let means = blocks.map(|(end, rays)| {
+                let entries = from..start + end as usize;
+                from = entries.end;
+                (outgoing.sum(self, entries), rays)
+            });
+            start = end as usize;
+            receive(index, squared_error(means));
+        }
+    }
+
+    /// Takes the rows of all other vertices out, and keeps the counts.
+    pub fn retain_rows(&mut self, is_kept: impl Fn(usize) -> bool) {
+        let (mut start, mut write) = (0, 0);
+        for (index, (end, _)) in self.rows.iter_mut().enumerate() {
+            let row = start..*end as usize;
+            start = row.end;
+            if is_kept(index) {
+                self.entries.copy_within(row.clone(), write);
+                if !self.tints.is_empty() {
+                    self.tints.copy_within(row.clone(), write);
+                }
+                write += row.len();
+            }
+            *end = write as u32;
+        }
+        let (mut index, mut block_index) = (0.., 0..);
+        self.rows.retain(|_| index.next().is_some_and(&is_kept));
+        self.blocks.retain(|_| block_index.next().is_some_and(&is_kept));
+        self.entries.truncate(write);
+        self.entries.shrink_to_fit();
+        self.tints.truncate(write);
+        self.tints.shrink_to_fit();
+    }
+
     /// Gives the rows' memory back and keeps the counts.
     pub fn forget_rows(&mut self) {
         (self.entries, self.tints, self.rows, self.blocks) = Default::default();
@@ -253,6 +302,7 @@ impl Transport<'_> {
                 continue;
             };
             chunk.rays += 1;
+            run.traced += 1;
             let Some(hit) = self.tracer.closest_hit(&ray) else { continue };
             if !hit.front {
                 // A single ray does not tell whether its point is buried.
@@ -279,21 +329,6 @@ impl Transport<'_> {
         self.rays_of.map_or(self.rays, |rays| rays[vertex as usize])
     }
 
-    /// The squared standard error of one bounce's irradiance at each vertex of a chunk, by the scatter of its blocks.
-    pub fn squared_errors(&self, chunk: &RowChunk, outgoing: &Outgoing, mut receive: impl FnMut(usize, Vec3)) {
-        let mut start = 0;
-        for (index, (&(end, _), blocks)) in chunk.rows.iter().zip(&chunk.blocks).enumerate() {
-            let mut from = start;
-            let means = blocks.map(|(end, rays)| {
-                let entries = from..start + end as usize;
-                from = entries.end;
-                (outgoing.sum(chunk, entries), rays)
-            });
-            start = end as usize;
-            receive(index, squared_error(means));
-        }
-    }
-
     /// The gather rays' share of π L at an emissive hit: with cosine-weighted rays, L cosθ / pdf = π L.
     fn emission(&self, from: &SurfacePoint, ray: &Ray, hit: &Hit) -> Vec3 {
         let radiance = self.scene.material(hit.triangle).emitted_radiance;
@@ -310,29 +345,19 @@ impl Transport<'_> {
     fn reflects(&self, triangle: u32) -> bool {
         self.scene.material(triangle).reflectance.max_element() > 0.0
     }
-
-    /// The light that leaves every element when this irradiance [W/m²] arrives at the targets' vertices.
-    pub fn outgoing(&self, irradiance: &[Vec3]) -> Outgoing {
-        let Tessellation { mesh, scene_triangle, .. } = self.targets;
-        let at = |(element, corners): (usize, &[u32; 3])| {
-            let reflectance = self.scene.material(scene_triangle[element]).reflectance;
-            corners.map(|vertex| Vec3A::from(reflectance * irradiance[vertex as usize]))
-        };
-        Outgoing { corners: mesh.triangles.par_iter().enumerate().with_min_len(1024).map(at).collect() }
-    }
-
-    /// One bounce: irradiance [W/m²] at each vertex of a chunk from what leaves the elements (eq. 4).
-    pub fn apply(&self, chunk: &RowChunk, outgoing: &Outgoing, mut receive: impl FnMut(usize, Vec3)) {
-        let mut start = 0;
-        for (index, &(end, rays)) in chunk.rows.iter().enumerate() {
-            let sum = outgoing.sum(chunk, start..end as usize);
-            start = end as usize;
-            receive(index, if rays == 0 { Vec3::ZERO } else { sum / rays as f32 });
-        }
-    }
 }
 
 impl Outgoing {
+    /// The light that leaves every element when this irradiance [W/m²] arrives at their vertices.
+    pub fn new(scene: &Scene, elements: &Tessellation, irradiance: &[Vec3]) -> Self {
+        let Tessellation { mesh, scene_triangle, .. } = elements;
+        let at = |(element, corners): (usize, &[u32; 3])| {
+            let reflectance = scene.material(scene_triangle[element]).reflectance;
+            corners.map(|vertex| Vec3A::from(reflectance * irradiance[vertex as usize]))
+        };
+        Self { corners: mesh.triangles.par_iter().enumerate().with_min_len(1024).map(at).collect() }
+    }
+
     /// The sum of B = ρ E at what some rays of a chunk met (eq. 4), E by barycentric interpolation.
     #[inline]
     fn sum(&self, chunk: &RowChunk, rays: std::ops::Range<usize>) -> Vec3 {

@@ -165,6 +165,13 @@ pub fn visible_irradiance(
     }
 }
 
+/// Irradiance [W/m²] at a surface point from a polygon light with nothing between.
+#[cfg(feature = "reference")]
+pub(super) fn unhidden_irradiance(from: &SurfacePoint, light: &PolygonLight) -> Vec3 {
+    let irradiance = light.radiance * above_horizon(from, light).irradiance(from.shading_normal.as_dvec3()) as f32;
+    if irradiance.is_finite() { irradiance } else { Vec3::ZERO }
+}
+
 /// The light's outline above both planes of a surface point, its own and the one of its shading normal; none if the
 /// point lies behind the light.
 fn above_horizon(from: &SurfacePoint, light: &PolygonLight) -> Polygon {

@@ -14,11 +14,11 @@ use crate::{
     scene::tessellate::Refinement,
     solver::{
         buried::fill_buried,
-        kept::{Rows, SmoothField, Sources},
+        kept::{Rows, SmoothField, Sources, in_creases},
         monitor::Stage,
     },
     trace::SurfacePoint,
-    transport::{RowChunk, bytes_per_ray},
+    transport::{RowChunk, bytes_per_ray, rows::Outgoing},
 };
 
 /// Gather rays that one task traces.
@@ -31,11 +31,20 @@ const LARGEST_DIFFERENCE: f32 = 0.25;
 /// The bend that an edge from a free to a buried vertex counts for: what lies along an object's foot.
 const BEND_AT_FOOT: f32 = 0.15;
 
+/// The bend that a fall of light from a vertex in a concave crease to the rest of its element counts for, in parts of it:
+/// near a crease light may change much faster than the vertices around tell, as beneath an arch.
+const BEND_IN_CREASE: f32 = 0.15;
+
+/// Rays are added to vertices at most so many times, and doubled at most so often each time: what the noise of few rays
+/// says is rough.
+const MOST_ROUNDS_OF_MORE_RAYS: u32 = 3;
+const MOST_DOUBLINGS: u32 = 3;
+
 pub(super) struct IndirectElements<'a> {
     context: &'a Context<'a>,
     /// Where direct light is looked up.
     fine: &'a DirectElements<'a>,
-    refinement: Refinement,
+    pub(super) refinement: Refinement,
     pub(super) sources: Arc<Sources>,
     /// The first bounce [W/m²] at the vertices.
     pub(super) first_bounce: Vec<Vec3>,
@@ -45,6 +54,8 @@ pub(super) struct IndirectElements<'a> {
     squared_errors: Vec<Vec3>,
     /// For each vertex how far both were from what was expected, over the length of the edge it lies on.
     bend: Vec<f32>,
+    /// The field between the vertices.
+    pub(super) smooth: SmoothField,
     pub(super) buried: Vec<bool>,
     /// Rows to the fine elements.
     pub(super) rows: Vec<Rows>,
@@ -73,7 +84,9 @@ impl<'a> IndirectElements<'a> {
             tessellation = refinement.tessellation(scene);
         }
         let sources = Arc::new(Sources::by_area(Arc::new(tessellation), context.problem.settings.rays));
-        let (first_bounce, found_emission, squared_errors, bend, buried, rows) = Default::default();
+        let buried = vec![false; sources.tessellation.mesh.positions.len()];
+        let smooth = SmoothField::new(&sources.tessellation, &sources.origins, &buried);
+        let (first_bounce, found_emission, squared_errors, bend, rows) = Default::default();
         let (scale, rounds) = (fine.scale, Rounds::new(context.monitor));
         Self {
             context,
@@ -84,6 +97,7 @@ impl<'a> IndirectElements<'a> {
             found_emission,
             squared_errors,
             bend,
+            smooth,
             buried,
             rows,
             seconds: 0.0,
@@ -94,16 +108,16 @@ impl<'a> IndirectElements<'a> {
         }
     }
 
-    /// Cuts until the light that rays gather at new vertices is near what was expected there.
-    pub(super) fn follow_light(&mut self, tolerance: f32) {
+    /// Cuts until the light that rays gather at new vertices is near what was expected there; then traces more rays where
+    /// their noise is larger than `noise`, relative to mean light.
+    pub(super) fn follow_light(&mut self, tolerance: f32, noise: f32) {
         let count = self.sources.tessellation.mesh.positions.len();
         if self.context.problem.settings.bounces == Some(0) || self.context.lights.is_empty() {
-            (self.first_bounce, self.buried) = (vec![Vec3::ZERO; count], vec![false; count]);
-            self.found_emission = vec![Vec3::ZERO; count];
+            (self.first_bounce, self.found_emission) = (vec![Vec3::ZERO; count], vec![Vec3::ZERO; count]);
             return;
         }
         self.context.monitor.enter_stage(Stage::FollowingIndirect, 0, 1, 1.0);
-        self.gather(0);
+        self.gather_new();
         self.bend = vec![0.0; count];
         if self.fine.is_dark() {
             self.scale = mean_of_lit(&self.gathered(), &self.sources.tessellation.vertex_areas());
@@ -115,23 +129,23 @@ impl<'a> IndirectElements<'a> {
         let elements = 0..self.sources.tessellation.mesh.triangles.len() as u32;
         let mut wanted: Vec<u32> = elements.filter(is_worth_a_look).collect();
         loop {
-            let first_new_node = self.refinement.node_count();
-            let before = self.first_bounce.len();
             let Sources { tessellation, origins, .. } = &*self.sources;
+            self.smooth = SmoothField::new(tessellation, origins, &self.buried);
             let mut known = self.gathered();
             for (vertex, value) in fill_buried(&tessellation.mesh, origins, &known, &self.buried) {
                 known[vertex] = value;
             }
-            let smooth = SmoothField::new(tessellation, origins, &self.buried);
+            let first_new_node = self.refinement.node_count();
             if !cut(self.context, &mut self.refinement, &wanted) {
-                return;
+                break;
             }
             let tessellation = self.refinement.tessellation(&self.context.problem.scene);
             self.sources = Arc::new(Sources::by_area(Arc::new(tessellation), self.context.problem.settings.rays));
-            self.gather(before);
-            self.measure_bends(before, &known, &smooth);
+            self.gather_new();
+            self.measure_bends(&known);
             wanted = self.bent_elements(first_new_node, tolerance);
         }
+        self.trace_more_rays(noise);
     }
 
     /// All light that rays gathered [W/m²], at each vertex.
@@ -139,13 +153,13 @@ impl<'a> IndirectElements<'a> {
         self.first_bounce.iter().zip(&self.found_emission).map(|(bounce, found)| *bounce + *found).collect()
     }
 
-    /// How far the first bounce at the vertices from `first` on is from what the field before expects.
-    fn measure_bends(&mut self, first: usize, known: &[Vec3], smooth: &SmoothField) {
-        let gradients = smooth.gradients(known);
-        for (vertex, gathered) in self.gathered().into_iter().enumerate().skip(first) {
+    /// How far the first bounce at the new vertices is from what the field `known` before them expects.
+    fn measure_bends(&mut self, known: &[Vec3]) {
+        let gradients = self.smooth.gradients(known);
+        for (vertex, gathered) in self.gathered().into_iter().enumerate().skip(known.len()) {
             let ends = self.refinement.parents()[vertex];
             let [a, b] = ends.map(|end| end as usize);
-            let surplus = smooth.surplus(&self.sources.tessellation.mesh, known, &gradients, ends);
+            let surplus = self.smooth.surplus(&self.sources.tessellation.mesh, known, &gradients, ends);
             let expected = 0.5 * (known[a] + known[b]) + surplus;
             let all_buried = self.buried[a] && self.buried[b];
             let is_compared = !self.buried[vertex] && !all_buried;
@@ -162,27 +176,80 @@ impl<'a> IndirectElements<'a> {
     fn bent_elements(&self, first_new_node: u32, tolerance: f32) -> Vec<u32> {
         let nodes: Vec<u32> = self.refinement.nodes().collect();
         let tessellation = &self.sources.tessellation;
+        let in_crease = in_creases(&tessellation.mesh, &self.sources.origins);
+        let gathered = self.gathered();
         let is_bent = |&element: &u32| {
             let corners = tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
             let length = edge_length(tessellation, self.refinement.longest_edge(element));
             if nodes[element as usize] < first_new_node || length < FINEST_EDGE {
                 return false;
             }
-            let buried = corners.iter().filter(|&&vertex| self.buried[vertex]).count();
-            let at_foot = if buried == 1 || buried == 2 { BEND_AT_FOOT } else { 0.0 };
             let bend = corners.iter().fold(0.0, |bend, &vertex| self.bend[vertex].max(bend)) * length;
-            bend.max(at_foot) * length > tolerance
+            let at_border = match corners.iter().filter(|&&vertex| self.buried[vertex]).count() {
+                0 => BEND_IN_CREASE * largest_fall(corners, &gathered, &in_crease) / self.scale,
+                3 => 0.0,
+                _ => BEND_AT_FOOT,
+            };
+            bend.max(at_border) * length > tolerance
         };
         (0..nodes.len() as u32).filter(is_bent).collect()
     }
 
-    /// Traces the rows of the vertices from `first` on, and applies them to direct light.
-    fn gather(&mut self, first: usize) {
+    /// Traces rows anew where the noise of their rays counts most, until the estimate for all of them is no larger than
+    /// asked for, relative to mean light.
+    fn trace_more_rays(&mut self, noise: f32) {
+        for _ in 0..MOST_ROUNDS_OF_MORE_RAYS {
+            let Some(rays) = self.rays_for(noise) else { return };
+            let Sources { tessellation, origins, rays: before } = &*self.sources;
+            let is_more = |vertex: u32| before.as_ref().is_some_and(|old| rays[vertex as usize] > old[vertex as usize]);
+            let vertices: Vec<u32> = (0..rays.len() as u32).filter(|&vertex| is_more(vertex)).collect();
+            if vertices.is_empty() || self.context.is_cancelled() {
+                return;
+            }
+            self.rows.par_iter_mut().for_each(|rows| rows.drop_vertices(is_more));
+            let (tessellation, origins) = (Arc::clone(tessellation), origins.clone());
+            self.sources = Arc::new(Sources { tessellation, origins, rays: Some(rays) });
+            self.gather(vertices);
+        }
+    }
+
+    /// Rays for each vertex, no fewer than it had. A vertex of area a has a squared error of s²/n with n rays; its mean over
+    /// the area is what is allowed, with the fewest rays in all, where n is in proportion to s √a.
+    fn rays_for(&self, noise: f32) -> Option<Vec<u32>> {
+        let areas = self.sources.tessellation.vertex_areas();
+        let mut rays = self.sources.rays.clone()?;
+        let weight = |vertex: usize| {
+            let variance = f64::from(self.squared_errors[vertex].element_sum() / 3.0) * f64::from(rays[vertex]);
+            (variance * f64::from(areas[vertex])).sqrt()
+        };
+        let weights: Vec<f64> = (0..areas.len()).map(weight).collect();
+        let lit = (0..areas.len()).filter(|&vertex| self.first_bounce[vertex] != Vec3::ZERO);
+        let area: f64 = lit.map(|vertex| f64::from(areas[vertex])).sum();
+        let rays_per_weight = weights.iter().sum::<f64>() / (f64::from(noise * self.scale).powi(2) * area);
+        for (rays, weight) in rays.iter_mut().zip(weights) {
+            // Doubled, so that Sobol points stay whole sets.
+            let doublings = (weight * rays_per_weight / f64::from(*rays)).log2().round();
+            *rays = rays.saturating_mul(1 << (doublings.max(0.0) as u32).min(MOST_DOUBLINGS));
+        }
+        Some(rays)
+    }
+
+    /// Traces the rows of the new vertices.
+    fn gather_new(&mut self) {
+        let (before, count) = (self.first_bounce.len(), self.sources.tessellation.mesh.positions.len());
+        for field in [&mut self.first_bounce, &mut self.squared_errors, &mut self.found_emission] {
+            field.resize(count, Vec3::ZERO);
+        }
+        self.buried.resize(count, false);
+        self.gather((before as u32..count as u32).collect());
+    }
+
+    /// Traces the rows of some vertices, and applies them to direct light.
+    fn gather(&mut self, vertices: Vec<u32>) {
         let Context { problem, monitor, is_cancelled, .. } = *self.context;
         let transport = self.context.transport(&self.sources, &self.fine.tessellation);
-        let outgoing = transport.outgoing(&self.fine.field());
+        let outgoing = Outgoing::new(&problem.scene, &self.fine.tessellation, &self.fine.field());
         let per_task = (RAYS_PER_TASK / problem.settings.rays.max(1) as usize).clamp(1, 1024);
-        let vertices: Vec<u32> = (first as u32..self.sources.tessellation.mesh.positions.len() as u32).collect();
         self.rounds.begin(vertices.len() as u64);
         let bytes = bytes_per_ray(&problem.scene) as u64;
         let mut asked = self.asked_rays;
@@ -205,9 +272,9 @@ impl<'a> IndirectElements<'a> {
                 transport.trace(vertices.iter().copied(), &mut chunk, is_cancelled, receive);
                 let seconds = started.elapsed().as_secs_f64();
                 let mut values = vec![Vec3::ZERO; vertices.len()];
-                transport.apply(&chunk, &outgoing, |index, value| values[index] = value);
+                chunk.apply(&outgoing, |index, value| values[index] = value);
                 let mut errors = vec![Vec3::ZERO; vertices.len()];
-                transport.squared_errors(&chunk, &outgoing, |index, error| errors[index] = error);
+                chunk.squared_errors(&outgoing, |index, error| errors[index] = error);
                 buried.resize(vertices.len(), false);
                 emission.resize(vertices.len(), Vec3::ZERO);
                 let kept = asked_until.last().is_none_or(|&rays| bytes * rays <= self.row_bytes);
@@ -221,11 +288,20 @@ impl<'a> IndirectElements<'a> {
         self.asked_rays = asked;
         for (vertices, (chunk, kept, seconds), (values, errors), (emission, buried)) in traced {
             self.seconds += seconds;
-            self.first_bounce.extend(values);
-            self.squared_errors.extend(errors);
-            self.found_emission.extend::<Vec<Vec3>>(emission);
-            self.buried.extend(buried);
-            self.rows.push(Rows { vertices, chunk, kept, sources: Arc::clone(&self.sources) });
+            for (index, &vertex) in vertices.iter().enumerate() {
+                let vertex = vertex as usize;
+                (self.first_bounce[vertex], self.squared_errors[vertex]) = (values[index], errors[index]);
+                (self.found_emission[vertex], self.buried[vertex]) = (emission[index], buried[index]);
+            }
+            let sources = (!kept).then(|| Arc::clone(&self.sources));
+            self.rows.push(Rows { vertices, chunk, sources });
         }
     }
+}
+
+/// The largest difference [W/m²] between corners in a concave crease and others; 0 if there are no such.
+fn largest_fall(corners: [usize; 3], gathered: &[Vec3], in_crease: &[bool]) -> f32 {
+    let pairs = corners.into_iter().flat_map(|a| corners.map(|b| (a, b)));
+    let across = pairs.filter(|&(a, b)| in_crease[a] && !in_crease[b]);
+    across.map(|(a, b)| (gathered[a] - gathered[b]).abs().max_element()).fold(0.0, f32::max)
 }

@@ -18,7 +18,7 @@ use glam::Vec3;
 
 use self::{direct::DirectElements, indirect::IndirectElements};
 use super::{
-    kept::{Coarse, Context, Kept, KeptRows, SmoothField},
+    kept::{Coarse, Context, Kept, KeptRows},
     monitor::Monitor,
     solve::{Computed, Problem, SolveReport},
 };
@@ -49,6 +49,10 @@ const FINEST_SAMPLED_EDGE: f32 = 0.02;
 const DIRECT_TOLERANCE: f32 = 0.06;
 const INDIRECT_TOLERANCE: f32 = 0.12;
 const SMOOTH_TOLERANCE: f32 = 0.01;
+
+/// The estimated noise of rays that is allowed, relative to mean light, for a target error of 1. The estimate is some two or
+/// three times too large, as blocks of Sobol points scatter more than their mean errs.
+const NOISE_TOLERANCE: f32 = 2.0;
 
 /// Standard errors that a difference must be larger than, for what may be noise of the samples cuts nothing.
 const NOISE: f32 = 2.0;
@@ -82,10 +86,10 @@ fn adapt(context: &Context, report: &mut SolveReport) -> (Kept, Vec<Vec3>) {
     fine.follow_light(DIRECT_TOLERANCE * error);
     report.seconds_following_direct = started.elapsed().as_secs_f64();
     let mut coarse = IndirectElements::new(context, &fine);
-    coarse.follow_light(INDIRECT_TOLERANCE * error);
-    let IndirectElements { rows, first_bounce, found_emission, buried, sources, seconds, .. } = coarse;
-    report.gather_thread_seconds = seconds;
-    let smooth = SmoothField::new(&sources.tessellation, &sources.origins, &buried);
+    coarse.follow_light(INDIRECT_TOLERANCE * error, NOISE_TOLERANCE * error);
+    report.gather_thread_seconds = coarse.seconds;
+    let IndirectElements { rows, first_bounce, found_emission, buried, sources, smooth, refinement, .. } = coarse;
+    drop(refinement); // large, and of no more use
     let mut coarse = Coarse { sources, buried, smooth, places: Vec::new() };
     let targets = Arc::clone(&fine.tessellation);
     let nodes_before: Vec<u32> = fine.refinement.nodes().collect();

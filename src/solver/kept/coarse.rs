@@ -11,7 +11,7 @@ use crate::{scene::Tessellation, solver::buried::fill_buried};
 /// The coarse elements in the end.
 pub(in crate::solver) struct Coarse {
     pub(in crate::solver) sources: Arc<Sources>,
-    /// Vertices that see mostly back faces.
+    /// Vertices that see next to nothing but back faces.
     pub(in crate::solver) buried: Vec<bool>,
     pub(in crate::solver) smooth: SmoothField,
     /// Where in the coarse elements each vertex of the fine ones lies.

@@ -20,7 +20,7 @@ pub(super) use self::{
     coarse::Coarse,
     direct::{DirectAtVertices, in_the_middle, mean},
     rows::{KeptRows, Rows, Sources},
-    smooth::{SmoothField, SmoothValues},
+    smooth::{SmoothField, SmoothValues, in_creases},
 };
 use self::{iteration::Sweeps, krylov::Known};
 use super::{
@@ -95,7 +95,7 @@ pub struct Kept {
     tessellation: Arc<Tessellation>,
     origins: VertexOrigins,
     direct: DirectAtVertices,
-    /// Vertices that see mostly back faces.
+    /// Vertices that see next to nothing but back faces.
     buried: Vec<bool>,
     rows: KeptRows,
     /// The elements whose vertices gather, if they are others.

@@ -21,9 +21,19 @@ pub(in crate::solver) struct Rows {
     pub(in crate::solver) vertices: Vec<u32>,
     /// Counts alone where the rows are not kept.
     pub(in crate::solver) chunk: RowChunk,
-    pub(in crate::solver) kept: bool,
-    /// The elements around the vertices when the rows were traced.
-    pub(in crate::solver) sources: Arc<Sources>,
+    /// The elements around the vertices when the rows were traced, if they are not kept and must be traced again.
+    pub(in crate::solver) sources: Option<Arc<Sources>>,
+}
+
+impl Rows {
+    /// Takes the rows of some vertices out.
+    pub(in crate::solver) fn drop_vertices(&mut self, is_dropped: impl Fn(u32) -> bool) {
+        if !self.vertices.iter().any(|&vertex| is_dropped(vertex)) {
+            return;
+        }
+        self.chunk.retain_rows(|index| !is_dropped(self.vertices[index]));
+        self.vertices.retain(|&vertex| !is_dropped(vertex));
+    }
 }
 
 /// Elements that rows leave from.
@@ -78,6 +88,7 @@ impl KeptRows {
         if let Some((nodes, refinement)) = &cut_since {
             rows.par_iter_mut().for_each(|rows| relocate(&mut rows.chunk, nodes, refinement));
         }
+        let cut_since = cut_since.filter(|_| rows.iter().any(|rows| rows.sources.is_some()));
         Self { rows, vertex_count, targets, cut_since }
     }
 
@@ -101,7 +112,7 @@ impl KeptRows {
 
     /// True if no ray has to be traced for a bounce.
     pub(super) fn are_all_kept(&self) -> bool {
-        self.rows.iter().all(|rows| rows.kept)
+        self.rows.iter().all(|rows| rows.sources.is_none())
     }
 
     /// One bounce: irradiance [W/m²] at the vertices that gather when `field` arrives at those of the elements. Each
@@ -144,8 +155,7 @@ impl KeptRows {
         receive: &(dyn Fn(u32, Vec3) + Sync),
         report: &mut SolveReport,
     ) {
-        let Some(first) = self.rows.first() else { return };
-        let outgoing = context.transport(&first.sources, fine).outgoing(field);
+        let outgoing = Outgoing::new(&context.problem.scene, fine, field);
         let part_of_work = field.len() as f64 / self.vertex_count as f64;
         let parts: Vec<(Vec<Vec3>, u64, u64, f64)> = self.rows[part.clone()]
             .par_iter()
@@ -153,17 +163,18 @@ impl KeptRows {
                 context.monitor.wait_while_paused();
                 let mut values = vec![Vec3::ZERO; rows.vertices.len()];
                 let started = Instant::now();
-                let traced_again = (!rows.kept).then(|| self.traced_again(context, rows));
-                let seconds = if rows.kept { 0.0 } else { started.elapsed().as_secs_f64() };
+                let sources = rows.sources.as_ref();
+                let traced_again = sources.map(|sources| self.traced_again(context, sources, &rows.vertices));
+                let seconds = if traced_again.is_none() { 0.0 } else { started.elapsed().as_secs_f64() };
                 if !context.is_cancelled() {
                     let chunk = traced_again.as_ref().unwrap_or(&rows.chunk);
-                    context.transport(&rows.sources, fine).apply(chunk, &outgoing, |index, value| {
+                    chunk.apply(&outgoing, |index, value| {
                         values[index] = value;
                         receive(rows.vertices[index], value);
                     });
                 }
+                let reused = if traced_again.is_none() { rows.chunk.rays } else { 0 };
                 let rays = traced_again.map_or(0, |chunk| chunk.rays);
-                let reused = if rows.kept { rows.chunk.rays } else { 0 };
                 context.monitor.advance((rows.vertices.len() as f64 * part_of_work) as u64, rays);
                 (values, rays, reused, seconds)
             })
@@ -181,12 +192,10 @@ impl KeptRows {
     /// The squared standard error of one bounce's irradiance at each vertex that gathers; 0 where no rows are kept.
     pub(super) fn squared_errors(&self, context: &Context, fine: &Tessellation, field: &[Vec3]) -> Vec<Vec3> {
         let mut errors = vec![Vec3::ZERO; self.vertex_count];
-        let Some(first) = self.rows.first() else { return errors };
-        let outgoing: Outgoing = context.transport(&first.sources, fine).outgoing(field);
+        let outgoing = Outgoing::new(&context.problem.scene, fine, field);
         let of_rows = |rows: &Rows| {
             let mut errors = vec![Vec3::ZERO; rows.vertices.len()];
-            let transport = context.transport(&rows.sources, fine);
-            transport.squared_errors(&rows.chunk, &outgoing, |index, error| errors[index] = error);
+            rows.chunk.squared_errors(&outgoing, |index, error| errors[index] = error);
             errors
         };
         let found: Vec<Vec<Vec3>> = self.rows.par_iter().map(of_rows).collect();
@@ -198,10 +207,10 @@ impl KeptRows {
         errors
     }
 
-    fn traced_again(&self, context: &Context, rows: &Rows) -> RowChunk {
+    fn traced_again(&self, context: &Context, sources: &Sources, vertices: &[u32]) -> RowChunk {
         let mut chunk = RowChunk::default();
-        let transport = context.transport(&rows.sources, &self.targets);
-        transport.trace(rows.vertices.iter().copied(), &mut chunk, &|| context.is_cancelled(), |_, _, _| ());
+        let transport = context.transport(sources, &self.targets);
+        transport.trace(vertices.iter().copied(), &mut chunk, &|| context.is_cancelled(), |_, _, _| ());
         if let Some((nodes, refinement)) = &self.cut_since {
             relocate(&mut chunk, nodes, refinement);
         }

@@ -139,7 +139,7 @@ fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
 }
 
 /// Which vertices lie in a concave crease: at their place another surface begins that rises in front of theirs.
-fn in_creases(mesh: &Mesh, origins: &VertexOrigins) -> Vec<bool> {
+pub(in crate::solver) fn in_creases(mesh: &Mesh, origins: &VertexOrigins) -> Vec<bool> {
     let count = mesh.positions.len();
     let mut by_place: Vec<u32> = (0..count as u32).collect();
     let place = |vertex: u32| mesh.positions[vertex as usize].to_array().map(|value| (value + 0.0).to_bits());
