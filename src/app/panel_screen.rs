@@ -71,6 +71,7 @@ fn settings_ui(ui: &mut Ui, settings: &mut ScreenSettings) {
     row(ui, "Taps", &help("taps"), Slider::new(&mut settings.taps, 1..=128));
     row(ui, "Turns", &help("turns"), Slider::new(&mut settings.turns, 0..=60));
     row(ui, "Radius", &help("radius"), Slider::new(&mut settings.radius, 0.01..=1.0));
+    row(ui, "Surround", &help("surround"), Slider::new(&mut settings.surround, 1.0..=5.0));
     row(ui, "Every", &help("every"), Slider::new(&mut settings.every, 1..=4).suffix(" pixels"));
     let thickness = Slider::new(&mut settings.thickness, 1e-3..=1.0).logarithmic(true);
     row(ui, "Thickness", &help("thickness"), thickness);

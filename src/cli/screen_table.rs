@@ -70,8 +70,13 @@ pub(super) fn variants(settings: &ScreenSettings) -> Vec<(String, ScreenSettings
     for bounces in [1, 2, 5] {
         add(format!("{bounces} bounces"), ScreenSettings { bounces, ..base() });
     }
-    for radius in [0.25, 0.5, 1.0] {
+    for radius in [0.25, 0.5, 0.7, 1.0] {
         add(format!("radius {radius}"), ScreenSettings { radius, ..base() });
+    }
+    for surround in [1.0, 2.0, 3.0] {
+        let name =
+            if surround > 1.0 { format!("{surround} times as wide around") } else { String::from("nothing around") };
+        add(name, ScreenSettings { surround, ..base() });
     }
     for filter in [0, 4, 8] {
         add(format!("filter {filter}"), ScreenSettings { filter, ..base() });
@@ -163,10 +168,10 @@ pub(super) fn measure(
         frame_ms: time.all,
         light_moved_ms: with_light.all,
         rest_ms: rest.get(rest.len() / 2).copied().unwrap_or_default(),
-        g_buffer_ms: time.passes[1] + time.passes[2],
-        direct_ms: time.passes[3],
-        gather_ms: time.passes[5],
-        filter_ms: time.passes[6],
+        g_buffer_ms: time.passes[1] + time.passes[2] + time.passes[3],
+        direct_ms: time.passes[4],
+        gather_ms: time.passes[6],
+        filter_ms: time.passes[7],
         shadow_ms: with_light.passes[0],
     })
 }

@@ -18,29 +18,32 @@ fn edge_term(from_corner: vec3f, to_corner: vec3f, normal: vec3f) -> f32 {
 fn polygon_form_factor(quadrangle: array<vec3f, 4>, normal: vec3f) -> f32 {
     var corners = quadrangle;
     var sum = 0.0;
-    var first = vec3f(0.0);
-    var last = vec3f(0.0);
-    var count = 0u;
+    // Where the outline goes below the horizon, and where it comes up again; along it the polygon is closed.
+    var leaves = vec3f(0.0);
+    var returns = vec3f(0.0);
     for (var index = 0u; index < 4u; index++) {
         let here = corners[index];
         let there = corners[(index + 1u) % 4u];
         let height = dot(here, normal);
         let next_height = dot(there, normal);
-        if height >= 0.0 {
-            if count > 0u { sum += edge_term(last, here, normal); } else { first = here; }
-            last = here;
-            count++;
+        if height < 0.0 && next_height < 0.0 {
+            continue;
         }
-        if (height > 0.0 && next_height < 0.0) || (height < 0.0 && next_height > 0.0) {
+        var start = here;
+        var end = there;
+        if (height < 0.0) != (next_height < 0.0) {
             let crossing = mix(here, there, height / (height - next_height));
-            if count > 0u { sum += edge_term(last, crossing, normal); } else { first = crossing; }
-            last = crossing;
-            count++;
+            if height < 0.0 {
+                start = crossing;
+                returns = crossing;
+            } else {
+                end = crossing;
+                leaves = crossing;
+            }
         }
+        sum += edge_term(start, end, normal);
     }
-    if count > 2u {
-        sum += edge_term(last, first, normal);
-    }
+    sum += edge_term(leaves, returns, normal);
     return abs(sum) / (2.0 * PI);
 }
 

@@ -27,6 +27,31 @@ pub enum Layer {
     BehindFirst,
     /// What lies behind the last frame's first layer.
     BehindLast,
+    /// The nearest surfaces of the picture around.
+    Around,
+    /// What lies behind them.
+    BehindAround,
+}
+
+impl Layer {
+    /// Which of the pipelines draws it.
+    fn variant(self) -> Variant {
+        Variant::of_layer(match self {
+            Self::First | Self::Around => 0,
+            Self::BehindFirst | Self::BehindAround => 1,
+            Self::BehindLast => 2,
+        })
+    }
+
+    /// Its image.
+    fn place(self) -> usize {
+        match self {
+            Self::First => 0,
+            Self::BehindFirst | Self::BehindLast => 1,
+            Self::Around => 2,
+            Self::BehindAround => 3,
+        }
+    }
 }
 
 /// Laid out as `Layer` in `g_buffer.wgsl`.
@@ -58,8 +83,8 @@ pub(super) struct GBuffer {
     mesh_view: MeshView,
     layouts: Layouts,
     extra_layout: wgpu::BindGroupLayout,
-    frame: wgpu::Buffer,
-    frame_group: wgpu::BindGroup,
+    /// Of the picture, and of the one around.
+    frames: [(wgpu::Buffer, wgpu::BindGroup); 2],
     layer: wgpu::Buffer,
     pub(super) materials: MaterialBuffer,
 }
@@ -68,6 +93,7 @@ pub(super) struct GBuffer {
 pub(super) struct LayerGroups {
     behind_first: wgpu::BindGroup,
     behind_last: wgpu::BindGroup,
+    behind_around: wgpu::BindGroup,
 }
 
 impl GBuffer {
@@ -97,11 +123,14 @@ impl GBuffer {
                 mapped_at_creation: false,
             })
         };
-        let frame = buffer("G-buffer frame", size_of::<FrameUniforms>());
-        let frame_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("G-buffer frame"),
-            layout: &layouts.frame,
-            entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() }],
+        let frames = ["G-buffer frame", "frame around"].map(|label| {
+            let frame = buffer(label, size_of::<FrameUniforms>());
+            let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(label),
+                layout: &layouts.frame,
+                entries: &[wgpu::BindGroupEntry { binding: 0, resource: frame.as_entire_binding() }],
+            });
+            (frame, group)
         });
         let mut mesh_view = MeshView::new(device, &layouts);
         mesh_view.add_layers(device, &layouts, &extra_layout);
@@ -110,8 +139,7 @@ impl GBuffer {
             materials: MaterialBuffer::new(device, &layouts.material, material_count),
             layouts,
             extra_layout,
-            frame,
-            frame_group,
+            frames,
             layer: buffer("G-buffer layer", size_of::<LayerUniforms>()),
         }
     }
@@ -134,21 +162,26 @@ impl GBuffer {
             })
         };
         let last = targets.last_depth.create_view(&wgpu::TextureViewDescriptor::default());
-        LayerGroups { behind_first: group(&targets.depths.each[0]), behind_last: group(&last) }
+        let [first, _, around, _] = &targets.depths.each;
+        LayerGroups { behind_first: group(first), behind_last: group(&last), behind_around: group(around) }
     }
 
-    /// Takes the camera of the next frame, and the one of the frame that `BehindLast` looks behind.
+    /// Takes the camera of the next frame and that of the picture around, each with its columns and rows, and the one of the
+    /// frame that `BehindLast` looks behind.
     pub(super) fn prepare(
         &mut self,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         scene: &Scene,
-        (camera, size): (&Camera, [u32; 2]),
+        cameras: [(&Camera, [u32; 2]); 2],
         reference: Mat4,
         separation: f32,
     ) {
-        let matrix = view_projection(camera, size[0] as f32 / size[1] as f32);
-        let frame = FrameUniforms { view_projection: matrix, eye: camera.position, ..FrameUniforms::zeroed() };
-        queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(&frame));
+        for ((camera, size), (buffer, _)) in cameras.into_iter().zip(&self.frames) {
+            let matrix = view_projection(camera, size[0].max(1) as f32 / size[1].max(1) as f32);
+            let frame = FrameUniforms { view_projection: matrix, eye: camera.position, ..FrameUniforms::zeroed() };
+            queue.write_buffer(buffer, 0, bytemuck::bytes_of(&frame));
+        }
+        let (camera, size) = cameras[0];
         let (ray_origin, ray_step) = rays(camera, size);
         let layer = LayerUniforms {
             reference,
@@ -163,7 +196,7 @@ impl GBuffer {
         };
         queue.write_buffer(&self.layer, 0, bytemuck::bytes_of(&layer));
         for layer in [Layer::First, Layer::BehindFirst, Layer::BehindLast] {
-            self.mesh_view.prepare(device, Variant::of_layer(layer as u32), scene, self.materials.materials());
+            self.mesh_view.prepare(device, layer.variant(), scene, self.materials.materials());
         }
     }
 
@@ -175,7 +208,7 @@ impl GBuffer {
         (targets, groups): (&Targets, &LayerGroups),
         (layer, triangles, clears): (Layer, Range<u32>, bool),
     ) {
-        let place = usize::from(layer != Layer::First);
+        let place = layer.place();
         let color = |view| {
             let load = if clears { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
             let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
@@ -195,17 +228,26 @@ impl GBuffer {
             occlusion_query_set: None,
             multiview_mask: None,
         });
+        let is_around = matches!(layer, Layer::Around | Layer::BehindAround);
+        if is_around {
+            let [width, height] = targets.surround.map(|pixels| pixels as f32);
+            pass.set_viewport(0.0, 0.0, width, height, 0.0, 1.0);
+        }
         let inputs = MeshInputs {
             scene,
-            variant: Variant::of_layer(layer as u32),
-            frame: &self.frame_group,
+            variant: layer.variant(),
+            frame: &self.frames[usize::from(is_around)].1,
             // No fragment reads these two streams.
             irradiance: &mesh.positions,
             buried: &mesh.positions,
             materials: self.materials.materials(),
             material_group: &self.materials.group,
             // The first layer is drawn into the depth that the second is found behind.
-            extra: Some(if layer == Layer::BehindFirst { &groups.behind_first } else { &groups.behind_last }),
+            extra: Some(match layer {
+                Layer::BehindFirst => &groups.behind_first,
+                Layer::BehindAround => &groups.behind_around,
+                _ => &groups.behind_last,
+            }),
         };
         self.mesh_view.record(&mut pass, mesh, &inputs, (&mesh.triangles, triangles));
     }

@@ -43,14 +43,18 @@ fn gather(@builtin(global_invocation_id) id: vec3u) {
     let here = geometry[index];
     var arriving = vec4f(0.0);
     if here.w > 0.0 {
-        let pixel = vec2f(pixel_of(index));
+        let pixel = place_of(index);
         if screen.source_weights == 1u {
             arriving = vec4f(from_spiral(pixel, here), 0.0);
         } else {
             // Of the second layer, obscurance is not known.
             let is_dimmed = screen.obscurance_taps > 0u && index < pixel_count();
             let openness = select(1.0, obscurance[min(index, pixel_count() - 1u)].x, is_dimmed);
-            arriving = vec4f(from_slices(pixel, here, openness), 0.0);
+            var noise_pixel = pixel;
+            if index >= layer_entries() {
+                noise_pixel = vec2f(pixel_around(index) * screen.every);
+            }
+            arriving = vec4f(from_slices(pixel, here, jitter(noise_pixel), openness), 0.0);
         }
         if screen.still > 0u {
             // What is fed grows from frame to frame: later ones count more.

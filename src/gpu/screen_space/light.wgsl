@@ -40,8 +40,10 @@ fn light(@builtin(global_invocation_id) id: vec3u) {
     if index >= screen.end {
         return;
     }
-    let pixel = pixel_of(index);
-    let layer = index / pixel_count();
+    let is_around = index >= layer_entries();
+    let pixel = select(pixel_of(index), pixel_around(index), is_around);
+    let layer_around = 2u + (index - layer_entries()) / max(pixel_count_around(), 1u);
+    let layer = select(index / pixel_count(), layer_around, is_around);
     let stored = textureLoad(depths, pixel, layer, 0).x;
     if stored <= 0.0 {
         geometry[index] = vec4f(0.0);
@@ -53,7 +55,7 @@ fn light(@builtin(global_invocation_id) id: vec3u) {
     let in_view = normalize(textureLoad(normals, pixel, layer, 0).xyz);
     let normal = in_view.x * screen.right + in_view.y * screen.up + in_view.z * screen.forward;
     let z = screen.near / stored;
-    let ray = view_ray(vec2f(pixel));
+    let ray = view_ray(place_of(index));
     let position = screen.eye + z * (ray.x * screen.right + ray.y * screen.up + screen.forward);
     var arriving = vec3f(0.0);
     var slot = settings.first_slot;

@@ -42,6 +42,7 @@ impl Step {
         match self.work {
             Work::Shadows => Pass::Shadows,
             Work::Surface(Layer::First) => Pass::FirstLayer,
+            Work::Surface(Layer::Around | Layer::BehindAround) => Pass::Around,
             Work::Surface(_) => Pass::SecondLayer,
             Work::Pixels(Dispatch::Light) => Pass::Light,
             Work::Pixels(Dispatch::Gather(_)) => Pass::Gather,
@@ -72,7 +73,7 @@ impl Pace {
     /// A cautious guess, before anything was measured. `scene_triangles` are drawn for each face of a shadow map.
     pub(super) fn new(scene_triangles: u32) -> Self {
         let per_face = 2e-7 * f64::from(scene_triangles) + 1e-3;
-        let per_unit = [per_face, 3e-7, 3e-7, 1e-6, 1e-6, 1e-6, 2e-7, 5e-8];
+        let per_unit = [per_face, 3e-7, 3e-7, 3e-7, 1e-6, 1e-6, 1e-6, 2e-7, 5e-8];
         Self { submission_time: SUBMISSION_TIME, per_unit }
     }
 

@@ -19,6 +19,7 @@ pub(super) enum Pass {
     Shadows,
     FirstLayer,
     SecondLayer,
+    Around,
     Light,
     Obscure,
     Gather,
@@ -28,10 +29,11 @@ pub(super) enum Pass {
 
 impl Pass {
     /// Their names in tables, in that order.
-    pub(super) const NAMES: [&'static str; 8] = [
+    pub(super) const NAMES: [&'static str; 9] = [
         "shadow maps",
         "G-buffer, first layer",
         "G-buffer, second layer",
+        "G-buffer, around",
         "direct light",
         "obscurance",
         "gather",

@@ -17,7 +17,7 @@ use super::{
     settings::{ScreenSettings, SecondLayer},
     show::{ShowUniforms, ShownBuffer},
     targets::Targets,
-    uniforms::ScreenUniforms,
+    uniforms::{ScreenUniforms, wider},
     view::{ScreenFields, ScreenView},
 };
 use crate::gpu::{
@@ -262,7 +262,9 @@ impl ScreenRenderer {
         let last = picture.last_camera.replace(matrix);
         let separation = self.drawn.separation * self.scene_size;
         let reference = last.unwrap_or(matrix);
-        self.g_buffer.prepare((&self.device, &self.queue), scene, (&view.camera, size), reference, separation);
+        let around = wider(&view.camera, self.drawn.surround);
+        let cameras = [(&view.camera, size), (&around, picture.targets.surround)];
+        self.g_buffer.prepare((&self.device, &self.queue), scene, cameras, reference, separation);
         last.is_some()
     }
 
@@ -277,16 +279,25 @@ impl ScreenRenderer {
         if shadows_anew {
             add(Work::Shadows, self.lamps.face_count());
         }
+        let layers = self.drawn.layers();
+        let (pixels, around) = (picture.targets.pixels(), picture.targets.surround_pixels());
+        // A still frame's surfaces are the last one's; but the one after the first looks behind another frame than that did.
+        let looks_back = self.drawn.second_layer == SecondLayer::LastFrame;
         let triangles = self.mesh.triangles.count();
-        add(Work::Surface(Layer::First), triangles);
-        match self.drawn.second_layer {
-            SecondLayer::Off => {}
-            SecondLayer::LastFrame if has_last => add(Work::Surface(Layer::BehindLast), triangles),
-            _ => add(Work::Surface(Layer::BehindFirst), triangles),
+        if self.still < 1 + u32::from(looks_back) {
+            add(Work::Surface(Layer::First), triangles);
+            match self.drawn.second_layer {
+                SecondLayer::Off => {}
+                SecondLayer::LastFrame if has_last => add(Work::Surface(Layer::BehindLast), triangles),
+                _ => add(Work::Surface(Layer::BehindFirst), triangles),
+            }
+            if around > 0 {
+                add(Work::Surface(Layer::Around), triangles);
+                let behind = if layers > 1 { triangles } else { 0 };
+                add(Work::Surface(Layer::BehindAround), behind);
+            }
         }
-        let pixels = picture.targets.pixels();
-        let all = pixels * self.drawn.layers();
-        add(Work::Pixels(Dispatch::Light), all);
+        add(Work::Pixels(Dispatch::Light), (pixels + around) * layers);
         let [columns, rows] = self.drawn.grid(picture.targets.size);
         let (grid, grid_rows) = (columns * rows, picture.targets.size[0] * rows);
         let filtered = |field| [(Dispatch::Across(field), grid_rows), (Dispatch::Down(field), pixels)];
@@ -300,8 +311,9 @@ impl ScreenRenderer {
         }
         let bounces = self.drawn.bounces as usize;
         if bounces > 0 {
-            // Of the last bounce, only what is seen counts.
-            let units = |bounce| if bounce + 1 == bounces { grid } else { grid * self.drawn.layers() };
+            // Of the last bounce, only what is seen counts; in still frames, what it is fed from, too.
+            let of_last = if picture.targets.has_tail && self.still > 0 { grid + around } else { grid };
+            let units = |bounce| if bounce + 1 == bounces { of_last } else { (grid + around) * layers };
             let gathers: Vec<_> = (0..bounces).map(|bounce| (Dispatch::Gather(bounce), units(bounce))).collect();
             add_filtered(&gathers, Filtered::Light);
         }
@@ -321,7 +333,7 @@ impl ScreenRenderer {
         let uniforms = ScreenUniforms { first: step.units.start, end: step.units.end, ..self.screen };
         self.queue.write_buffer(&self.uniforms.screen, 0, bytemuck::bytes_of(&uniforms));
         let passes = (&self.lamps, &self.g_buffer, &self.pipelines);
-        record(&mut encoder, &step, passes, (&self.geometry, &self.mesh, picture));
+        record(&mut encoder, &step, passes, (&self.geometry, &self.mesh, picture), self.still == 0);
         self.queue.submit([encoder.finish()]);
         let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
         waited.map_err(|error| format!("the graphics driver failed: {error}"))?;
@@ -362,7 +374,7 @@ impl ScreenRenderer {
         Ok(ScreenFields {
             size: targets.size,
             depth: depths[..pixels].to_vec(),
-            second_depth: depths[pixels..].to_vec(),
+            second_depth: depths[pixels..pixels * targets.layers as usize].to_vec(),
             direct: direct[..pixels].iter().map(|value| value.truncate()).collect(),
             total: (0..pixels).map(|index| (direct[index] + indirect[index]).truncate()).collect(),
             obscurance: obscurance.iter().map(|value| value.x).collect(),
@@ -376,6 +388,7 @@ fn record(
     step: &Step,
     (lamps, g_buffer, pipelines): (&LampPass, &GBuffer, &Pipelines),
     (geometry, mesh, picture): (&ViewGeometry, &MeshBuffers, &Picture),
+    is_first: bool,
 ) {
     let (targets, begins) = (&picture.targets, step.units.start == 0);
     match step.work {
@@ -391,6 +404,9 @@ fn record(
             if dispatch == Dispatch::Light && begins {
                 // Else it would stay after it was turned off.
                 encoder.clear_buffer(&targets.obscurance, 0, None);
+                if is_first {
+                    targets.forget_tail_around(encoder);
+                }
             }
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             picture.groups.record(&mut pass, pipelines, dispatch, step.units.len() as u32);

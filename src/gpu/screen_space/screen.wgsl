@@ -1,6 +1,6 @@
 // What all passes over the picture's pixels share: the camera, the settings, and where a pixel lies. View space: x to the
 // right, y up, z the depth along the camera's axis. A buffer of all layers holds the first layer's pixels row by row, then
-// the second's.
+// the second's, then those of the coarse picture around.
 
 // The same fields as ScreenUniforms in uniforms.rs.
 struct Screen {
@@ -45,6 +45,13 @@ struct Screen {
     every: u32,
     // How far behind its front a surface hides, in local units.
     thickness: f32,
+    // The coarse picture around: its rays, as for the picture, its columns and rows (0 if there is none), and how many times
+    // as wide it is.
+    surround_origin: vec2f,
+    surround_step: vec2f,
+    surround_size: vec2u,
+    surround: f32,
+    spare: f32,
 }
 
 @group(0) @binding(0) var<uniform> screen: Screen;
@@ -59,13 +66,47 @@ fn pixel_of(index: u32) -> vec2u {
     return vec2u(place % screen.size.x, place / screen.size.x);
 }
 
+// Entries of the layers; those of the picture around follow.
+fn layer_entries() -> u32 {
+    return screen.layers * pixel_count();
+}
+
+fn pixel_count_around() -> u32 {
+    return screen.surround_size.x * screen.surround_size.y;
+}
+
+// The pixel, in the picture around, of an entry behind those of the layers.
+fn pixel_around(index: u32) -> vec2u {
+    let place = (index - layer_entries()) % max(pixel_count_around(), 1u);
+    return vec2u(place % screen.surround_size.x, place / screen.surround_size.x);
+}
+
+// Where an entry lies, in the picture's pixels; those of the picture around mostly lie outside.
+fn place_of(index: u32) -> vec2f {
+    if index < layer_entries() {
+        return vec2f(pixel_of(index));
+    }
+    let ray = screen.surround_origin + vec2f(pixel_around(index)) * screen.surround_step;
+    return (ray - screen.ray_origin) / screen.ray_step;
+}
+
 fn grid_size() -> vec2u {
     return (screen.size + screen.every - 1u) / screen.every;
 }
 
-// The entry, in a buffer of all layers, of a pixel on the grid by its number there.
-fn entry_on_grid(number: u32) -> u32 {
+// The entry, in a buffer of all layers, of what bounces are gathered at, by its number: the first layer's pixels on the grid,
+// all of the picture around, layer by layer, then the second layer's on the grid.
+fn entry_on_grid(in_order: u32) -> u32 {
     let grid = grid_size();
+    let around = screen.layers * pixel_count_around();
+    var number = in_order;
+    if number >= grid.x * grid.y {
+        number -= grid.x * grid.y;
+        if number < around {
+            return layer_entries() + number;
+        }
+        number += grid.x * grid.y - around;
+    }
     let place = number % (grid.x * grid.y);
     let pixel = screen.every * vec2u(place % grid.x, place / grid.x);
     return number / (grid.x * grid.y) * pixel_count() + pixel.y * screen.size.x + pixel.x;
@@ -90,17 +131,19 @@ fn mean_with(before: vec4f, now: vec4f) -> vec4f {
     return mix(before, now, 1.0 / f32(screen.still + 1u));
 }
 
-// Two numbers in [0, 1) for a pixel: the first evenly spread over its neighbours (interleaved gradient noise, Jimenez 2014),
-// both over frames (Roberts' sequence of two dimensions).
+// Two numbers in [0, 1) for a pixel. Of sixteen that lie in a square, each has the first one in a sixteenth of its own, in the
+// order of Bayer's matrix, so that the filter finds all directions near, and no stripes; both go on over frames (Roberts'
+// sequence of two dimensions).
 fn jitter(entry: vec2f) -> vec2f {
-    let pixel = floor(entry / f32(screen.every));
-    let weights = vec2f(0.06711056, 0.00583715);
-    let angle = fract(52.9829189 * fract(dot(pixel, weights)));
-    // Of the other, no pattern may be left along the first one's stripes.
-    var hash = (u32(pixel.x) * 0x9e3779b9u) ^ (u32(pixel.y) * 0x85ebca6bu);
+    let pixel = vec2u(floor(entry / f32(screen.every)));
+    let mixed = pixel.x ^ pixel.y;
+    let order = ((mixed & 1u) << 3u) | ((pixel.y & 1u) << 2u) | (mixed & 2u) | ((pixel.y & 2u) >> 1u);
+    var hash = (pixel.x * 0x9e3779b9u) ^ (pixel.y * 0x85ebca6bu);
     hash = (hash ^ (hash >> 15u)) * 0x2c1b3c6du;
     hash = (hash ^ (hash >> 12u)) * 0x297a2d39u;
-    let radius = f32((hash ^ (hash >> 15u)) >> 8u) / 16777216.0;
+    hash = hash ^ (hash >> 15u);
+    let angle = (f32(order) + f32(hash & 0xffffu) / 65536.0) / 16.0;
+    let radius = f32(hash >> 16u) / 65536.0;
     return fract(vec2f(angle, radius) + f32(screen.still % 4096u) * vec2f(0.75487767, 0.56984029));
 }
 

@@ -54,6 +54,9 @@ pub struct ScreenSettings {
     /// How far taps reach: a part of the picture's diagonal, up to 1.
     #[arg(long, value_name = "PART", default_value_t = ScreenSettings::default().radius)]
     pub radius: f32,
+    /// Where taps leave the picture they go on in a coarse one around it, so many times as wide and high: 1 to 5; 1 for none.
+    #[arg(long, value_name = "TIMES", default_value_t = ScreenSettings::default().surround)]
+    pub surround: f32,
     /// Gather bounces at every so many pixels along each side, 1 to 4; the filter fills in what lies between.
     #[arg(long, value_name = "PIXELS", default_value_t = ScreenSettings::default().every)]
     pub every: u32,
@@ -76,7 +79,7 @@ pub struct ScreenSettings {
     /// How far behind a shadow map's depth a surface may lie and be lit, in pixels of the map.
     #[arg(long, value_name = "PIXELS", default_value_t = ScreenSettings::default().shadow_bias)]
     pub shadow_bias: f32,
-    /// Radius of the filter in pixels, 0 to 32; 0 for none. Over n still frames it is divided by the root of n.
+    /// Radius of the filter in pixels, 0 to 32; 0 for none. Over n still frames it is divided by the fourth root of n.
     #[arg(long, value_name = "PIXELS", default_value_t = ScreenSettings::default().filter)]
     pub filter: u32,
     /// The filter leaves out what lies farther from the pixel's plane: a part of its depth.
@@ -105,7 +108,8 @@ impl Default for ScreenSettings {
             no_tail: false,
             taps: 23,
             turns: 0,
-            radius: 0.5,
+            radius: 0.7,
+            surround: 3.0,
             every: 2,
             thickness: 0.02,
             weights: Weights::Integral,
@@ -113,7 +117,7 @@ impl Default for ScreenSettings {
             light_samples: 4,
             shadow_map: 512,
             shadow_bias: 0.5,
-            filter: 8,
+            filter: 12,
             filter_depth: 0.01,
             obscurance: 0,
             obscurance_radius: 0.1,
@@ -131,6 +135,8 @@ pub const MOST_BOUNCES: u32 = 8;
 pub const MOST_LAMPS: u32 = 64;
 /// Pixels between those on the grid, at most.
 const MOST_EVERY: u32 = 4;
+/// Pixels along a side of the picture, for each of the one around it.
+const SURROUND_COARSENESS: u32 = 4;
 /// Radius of the filter, at most.
 const MOST_FILTER: u32 = 32;
 
@@ -158,6 +164,7 @@ impl ScreenSettings {
         let parts = [
             ("separation", self.separation, 0.0, 1.0),
             ("radius", self.radius, 0.001, 1.0),
+            ("surround", self.surround, 1.0, 5.0),
             ("thickness", self.thickness, 0.0, 1.0),
             ("unseen", self.unseen, 0.0, 1.0),
             ("shadow-bias", self.shadow_bias, 0.0, 8.0),
@@ -174,16 +181,26 @@ impl ScreenSettings {
         if self.second_layer == SecondLayer::Off { 1 } else { 2 }
     }
 
-    /// Radius of the filter after so many still frames: it shrinks as their noise does, but reaches from one pixel on the
-    /// grid to the next.
+    /// Radius of the filter after so many still frames: it shrinks, as noise does, but slower, since blur grows by the square
+    /// of it; and it reaches from one pixel on the grid to the next.
     pub fn filter_radius(&self, still: u32) -> u32 {
         let least = if self.every > 1 { self.every } else { 0 };
-        ((self.filter as f32 / ((still + 1) as f32).sqrt()) as u32).max(least)
+        ((self.filter as f32 / ((still + 1) as f32).powf(0.25)) as u32).max(least)
     }
 
     /// Columns and rows of the grid.
     pub fn grid(&self, size: [u32; 2]) -> [u32; 2] {
         size.map(|pixels| pixels.div_ceil(self.every))
+    }
+
+    /// Columns and rows of the picture around a picture of this size; 0 if there is none. The source's taps end with the
+    /// picture.
+    pub fn surround_size(&self, size: [u32; 2]) -> [u32; 2] {
+        if self.surround > 1.0 && self.weights == Weights::Integral && self.bounces > 0 {
+            size.map(|pixels| pixels.div_ceil(SURROUND_COARSENESS))
+        } else {
+            [0; 2]
+        }
     }
 
     /// Turns of the spiral.

@@ -43,12 +43,11 @@ fn place_on(slice: Slice, direction: vec2f, end: f32) -> f32 {
 }
 
 // Irradiance of a pixel's surface by the light of its taps, and by a guess for the rest.
-fn from_slices(pixel: vec2f, here: vec4f, openness: f32) -> vec3f {
+fn from_slices(pixel: vec2f, here: vec4f, noise: vec2f, openness: f32) -> vec3f {
     let ray = view_ray(pixel);
     let ray_length = length(ray);
     let eye_distance = here.w * ray_length;
     let to_eye = -ray / ray_length;
-    let noise = jitter(pixel);
     // Turned about the direction to the eye, evenly.
     let aside = normalize(cross(to_eye, vec3f(0.0, 1.0, 0.0)));
     let tangent = cos(PI * noise.x) * aside + sin(PI * noise.x) * cross(to_eye, aside);
@@ -79,19 +78,33 @@ fn from_slices(pixel: vec2f, here: vec4f, openness: f32) -> vec3f {
         let sign = select(1.0, -1.0, side == 1u);
         let end = select(1.0, 0.0, side == 1u);
         let within = fract(noise.y + 0.5 * f32(side));
+        // Within the picture taps lie as they do without one around; from where the line leaves it they are farther apart.
+        let borders = select(vec2f(0.0), size, sign * along > vec2f(0.0));
+        let leaves_at = max((borders - pixel - 0.5) / (sign * along), vec2f(0.0));
+        let exit = sqrt(min(leaves_at.x, leaves_at.y) / screen.radius);
+        let growth = (screen.surround - 1.0) / max(1.0 - exit, 1e-3);
         for (var tap = 0u; tap < steps; tap++) {
             // More taps lie near, where a hemisphere is filled. Each stands for the line from the last one's part to the next.
             let parts = vec3f(f32(tap), f32(tap) + within, f32(tap) + 1.0) / f32(steps);
-            let places = sign * max(screen.radius * parts * parts, vec3f(0.75, 1.0, 1.25));
+            let grown = 1.0 + max(parts - exit, vec3f(0.0)) * growth;
+            let reach = screen.radius * parts * parts * grown;
+            let places = sign * max(reach, vec3f(0.75, 1.0, 1.25));
             let place = on_grid(pixel + 0.5 + places.y * along);
-            if any(place < vec2f(0.0)) || any(place >= size) {
-                break;
-            }
-            let there_ray = view_ray(place);
+            var there_ray = view_ray(place);
+            var to_second = pixels;
             var other = u32(place.y) * screen.size.x + u32(place.x);
+            if any(place < vec2f(0.0)) || any(place >= size) {
+                let around = floor((there_ray.xy - screen.surround_origin) / screen.surround_step + 0.5);
+                if any(around < vec2f(0.0)) || any(around >= vec2f(screen.surround_size)) {
+                    break;
+                }
+                there_ray = vec3f(screen.surround_origin + around * screen.surround_step, 1.0);
+                to_second = pixel_count_around();
+                other = layer_entries() + u32(around.y) * screen.surround_size.x + u32(around.x);
+            }
             for (var layer = 0u; layer < screen.layers; layer++) {
                 let there = outgoing[other];
-                other += pixels;
+                other += to_second;
                 let depth = unpack_depth(there.x);
                 if depth <= 0.0 {
                     continue;

@@ -3,19 +3,22 @@
 use super::settings::ScreenSettings;
 use crate::gpu::mesh_view::LAYER_FORMATS;
 
-/// A texture of one image for each layer.
+/// A texture of one image for each layer, then one for each of the picture around, which fills its corner.
 pub(super) struct Layered {
     pub(super) texture: wgpu::Texture,
     /// All layers, to be read.
     pub(super) all: wgpu::TextureView,
     /// Each by itself.
-    pub(super) each: [wgpu::TextureView; 2],
+    pub(super) each: [wgpu::TextureView; 4],
 }
 
-/// Textures and buffers. A buffer of all layers holds the first layer's pixels row by row, then the second's.
+/// Textures and buffers. A buffer of all layers holds the first layer's pixels row by row, then the second's, then those of
+/// the picture around.
 pub(super) struct Targets {
     pub(super) size: [u32; 2],
     pub(super) layers: u32,
+    /// Columns and rows of the picture around; 0 if there is none.
+    pub(super) surround: [u32; 2],
     pub(super) has_tail: bool,
     pub(super) normals: Layered,
     pub(super) reflectances: Layered,
@@ -49,6 +52,7 @@ impl Targets {
     /// True if it serves these settings.
     pub(super) fn is_for(&self, size: [u32; 2], settings: &ScreenSettings) -> bool {
         let is_same = self.layers == settings.layers() && self.has_tail != settings.no_tail;
+        let is_same = is_same && self.surround == settings.surround_size(size);
         self.size == size && is_same && self.gathered.len() == bounces(settings)
     }
 
@@ -56,7 +60,7 @@ impl Targets {
     pub(super) fn most_pixels(device: &wgpu::Device, settings: &ScreenSettings) -> u64 {
         let limits = device.limits();
         let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        (bytes - PAGE_HEADER) / (PIXEL_BYTES * u64::from(settings.layers()))
+        (bytes - PAGE_HEADER) / (PIXEL_BYTES * 2 * u64::from(settings.layers()))
     }
 
     pub(super) fn new(device: &wgpu::Device, [width, height]: [u32; 2], settings: &ScreenSettings) -> Self {
@@ -74,7 +78,7 @@ impl Targets {
                 view_formats: &[],
             })
         };
-        let layered = |label, format, usage| layered(texture(label, format, Use::RENDER_ATTACHMENT | usage, 2));
+        let layered = |label, format, usage| layered(texture(label, format, Use::RENDER_ATTACHMENT | usage, 4));
         let depth_format = wgpu::TextureFormat::Depth32Float;
         let pixels = u64::from(width) * u64::from(height);
         let buffer = |label, bytes| {
@@ -85,12 +89,15 @@ impl Targets {
                 mapped_at_creation: false,
             })
         };
-        let of_layers = |label| buffer(label, PIXEL_BYTES * pixels * u64::from(layers));
-        let words = |label, layers: u32| buffer(label, 8 * pixels * u64::from(layers));
+        let surround = settings.surround_size([width, height]);
+        let entries = (pixels + u64::from(surround[0] * surround[1])) * u64::from(layers);
+        let of_layers = |label| buffer(label, PIXEL_BYTES * entries);
+        let words = |label, entries: u64| buffer(label, 8 * entries);
         let page = || buffer("screen page", PAGE_HEADER + PIXEL_BYTES * pixels);
         Self {
             size: [width, height],
             layers,
+            surround,
             has_tail: !settings.no_tail,
             normals: layered("normals", LAYER_FORMATS[0], Use::empty()),
             reflectances: layered("reflectances", LAYER_FORMATS[1], Use::empty()),
@@ -99,12 +106,12 @@ impl Targets {
             geometry: of_layers("geometry"),
             reflectance: of_layers("reflectance"),
             direct: of_layers("direct"),
-            outgoing: [words("outgoing", layers), words("outgoing next", layers)],
+            outgoing: [words("outgoing", entries), words("outgoing next", entries)],
             gathered: (0..bounces(settings)).map(|_| of_layers("gathered")).collect(),
             indirect: of_layers("indirect"),
-            half_filtered: words("half filtered", layers),
+            half_filtered: words("half filtered", pixels),
             obscured: buffer("obscured", 4 * pixels),
-            obscured_words: words("obscured words", 1),
+            obscured_words: words("obscured words", pixels),
             obscurance: buffer("obscurance", PIXEL_BYTES * pixels),
             pages: [page(), page()],
         }
@@ -113,6 +120,18 @@ impl Targets {
     /// Pixels of a picture.
     pub(super) fn pixels(&self) -> u32 {
         self.size[0] * self.size[1]
+    }
+
+    /// Pixels of a layer of the picture around.
+    pub(super) fn surround_pixels(&self) -> u32 {
+        self.surround[0] * self.surround[1]
+    }
+
+    /// Forgets what the last bounce gathered around the picture in frames before: it is gathered in still frames alone.
+    pub(super) fn forget_tail_around(&self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(last) = self.gathered.last().filter(|_| self.surround_pixels() > 0) {
+            encoder.clear_buffer(last, PIXEL_BYTES * u64::from(self.pixels() * self.layers), None);
+        }
     }
 
     /// Keeps the depth of the first layer for the next frame.
@@ -139,5 +158,5 @@ fn layered(texture: wgpu::Texture) -> Layered {
         dimension: Some(wgpu::TextureViewDimension::D2Array),
         ..wgpu::TextureViewDescriptor::default()
     });
-    Layered { all, each: [one(0), one(1)], texture }
+    Layered { all, each: [0, 1, 2, 3].map(one), texture }
 }

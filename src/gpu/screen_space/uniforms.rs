@@ -65,6 +65,16 @@ pub struct ScreenUniforms {
     pub every: u32,
     /// See [`ScreenSettings::thickness`]; in local units.
     pub thickness: f32,
+    /// The picture around: its rays, as for the picture.
+    pub surround_origin: Vec2,
+    /// Their change from pixel to pixel.
+    pub surround_step: Vec2,
+    /// Its columns and rows; 0 if there is none.
+    pub surround_size: [u32; 2],
+    /// See [`ScreenSettings::surround`]; 1 if there is none.
+    pub surround: f32,
+    /// Not used.
+    pub spare: f32,
 }
 
 impl ScreenUniforms {
@@ -72,6 +82,10 @@ impl ScreenUniforms {
     pub fn new(camera: &Camera, size: [u32; 2], settings: &ScreenSettings, still: u32, scene_size: f32) -> Self {
         let pixels = Vec2::new(size[0] as f32, size[1] as f32);
         let (ray_origin, ray_step) = rays(camera, size);
+        let surround_size = settings.surround_size(size);
+        let surround = if surround_size == [0; 2] { 1.0 } else { settings.surround };
+        let (surround_origin, surround_step) =
+            rays(&wider(camera, surround), surround_size.map(|pixels| pixels.max(1)));
         Self {
             size,
             layers: settings.layers(),
@@ -96,9 +110,18 @@ impl ScreenUniforms {
             source_weights: u32::from(settings.weights == Weights::Source),
             every: settings.every,
             thickness: settings.thickness * scene_size,
+            surround_origin,
+            surround_step,
+            surround_size,
+            surround,
             ..Self::default()
         }
     }
+}
+
+/// A camera that sees so many times as wide and high.
+pub fn wider(camera: &Camera, times: f32) -> Camera {
+    Camera { tan_half_fov: times * camera.tan_half_fov, ..*camera }
 }
 
 /// The view ray through the middle of the first pixel at depth 1, and its change from pixel to pixel.
