@@ -223,6 +223,29 @@ fn a_bounce_converges_to_what_rays_find_of_what_the_picture_shows_and_the_source
 }
 
 #[test]
+fn light_from_around_the_picture_is_what_a_wider_picture_shows() {
+    let settings = ScreenSettings { bounces: 1, taps: 64, radius: 1.0, ..plain() };
+    let Some(mut wide) = ScreenStage::cornell([192, 144]) else { return };
+    let wide_fields = wide.drawn_still(&ScreenSettings { surround: 1.0, ..settings.clone() }, 8);
+    let Some(mut narrow) = ScreenStage::cornell([64, 48]) else { return };
+    narrow.view.camera.tan_half_fov /= 3.0;
+    let mean = |fields: &ScreenFields, pixels: &mut dyn Iterator<Item = usize>| -> f32 {
+        pixels.map(|pixel| (fields.total[pixel] - fields.direct[pixel]).element_sum()).sum::<f32>()
+    };
+    // The middle of the wide picture has the very pixels of the narrow one.
+    let middle = (0..48).flat_map(|row| (0..64).map(move |column| (row + 48) * 192 + column + 64));
+    let expected = mean(&wide_fields, &mut middle.into_iter());
+    let mut with = |surround| {
+        let fields = narrow.drawn_still(&ScreenSettings { surround, ..settings.clone() }, 8);
+        mean(&fields, &mut (0..64 * 48)) / expected
+    };
+    let (around, alone) = (with(3.0), with(1.0));
+    println!("{around} with, {alone} without the picture around");
+    // The pixels around are twelve times as large.
+    assert!((around - 1.0).abs() < 0.1 && alone < 0.5, "{around} with, {alone} without the picture around");
+}
+
+#[test]
 fn still_frames_add_the_light_of_later_bounces() {
     let Some(mut stage) = ScreenStage::cornell([64, 48]) else { return };
     let mean = |fields: &ScreenFields| fields.total.iter().sum::<Vec3>().element_sum();

@@ -161,7 +161,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
 fn what_the_screen_space_passes_share_has_the_same_layout_in_rust_and_in_the_shaders() {
     let screen = rust_layout!(ScreenUniforms: size, layers, still, ray_origin, ray_step, right, near, up, pixel_area, forward,
         taps, eye, radius, filter_radius, filter_depth, obscurance_radius, obscurance_taps, obscurance_strength,
-        obscurance_slope, unseen, source_weights, first, end, every, thickness);
+        obscurance_slope, unseen, source_weights, first, end, every, thickness, surround_origin, surround_step,
+        surround_size, surround, spare);
     assert_eq!(wgsl_layout("screen_space/screen.wgsl", "Screen"), screen);
     let layer =
         rust_layout!(LayerUniforms: reference, right, near, up, separation, forward, spare, ray_origin, ray_step);

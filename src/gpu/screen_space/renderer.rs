@@ -6,13 +6,14 @@ use std::{
     time::{Duration, Instant},
 };
 
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Vec3, Vec4};
 
 use super::{
-    g_buffer::{GBuffer, Layer, LayerGroups},
+    g_buffer::{GBuffer, Layer},
     lamps::{LampPass, lamps},
     pace::{Pace, Step, Work},
     passes::{Dispatch, Filtered, Groups, Pass, Pipelines, Uniforms},
+    picture::{Picture, record},
     quality::Quality,
     settings::{ScreenSettings, SecondLayer},
     show::{ShowUniforms, ShownBuffer},
@@ -26,16 +27,6 @@ use crate::gpu::{
     mesh_buffers::MeshBuffers,
     view_projection,
 };
-
-/// A picture's targets, and what binds them.
-struct Picture {
-    targets: Targets,
-    layers: LayerGroups,
-    groups: Groups,
-    /// The camera of its last frame.
-    last_camera: Option<Mat4>,
-    next_page: usize,
-}
 
 /// Draws frames, submission by submission.
 pub struct ScreenRenderer {
@@ -379,37 +370,5 @@ impl ScreenRenderer {
             total: (0..pixels).map(|index| (direct[index] + indirect[index]).truncate()).collect(),
             obscurance: obscurance.iter().map(|value| value.x).collect(),
         })
-    }
-}
-
-/// Records a step.
-fn record(
-    encoder: &mut wgpu::CommandEncoder,
-    step: &Step,
-    (lamps, g_buffer, pipelines): (&LampPass, &GBuffer, &Pipelines),
-    (geometry, mesh, picture): (&ViewGeometry, &MeshBuffers, &Picture),
-    is_first: bool,
-) {
-    let (targets, begins) = (&picture.targets, step.units.start == 0);
-    match step.work {
-        Work::Shadows => lamps.draw(encoder, step.units.clone()),
-        Work::Surface(layer) => {
-            if layer == Layer::First && begins {
-                targets.keep_depth(encoder);
-            }
-            let drawn = (layer, step.units.clone(), begins);
-            g_buffer.draw(encoder, (&geometry.scene, mesh), (targets, &picture.layers), drawn);
-        }
-        Work::Pixels(dispatch) => {
-            if dispatch == Dispatch::Light && begins {
-                // Else it would stay after it was turned off.
-                encoder.clear_buffer(&targets.obscurance, 0, None);
-                if is_first {
-                    targets.forget_tail_around(encoder);
-                }
-            }
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            picture.groups.record(&mut pass, pipelines, dispatch, step.units.len() as u32);
-        }
     }
 }
