@@ -226,7 +226,7 @@ fn a_bounce_converges_to_what_rays_find_of_what_the_picture_shows_and_the_source
 fn light_from_around_the_picture_is_what_a_wider_picture_shows() {
     let settings = ScreenSettings { bounces: 1, taps: 64, radius: 1.0, ..plain() };
     let Some(mut wide) = ScreenStage::cornell([192, 144]) else { return };
-    let wide_fields = wide.drawn_still(&ScreenSettings { surround: 1.0, ..settings.clone() }, 8);
+    let wide_fields = wide.drawn_still(&ScreenSettings { surround: 1.0, ..settings }, 8);
     let Some(mut narrow) = ScreenStage::cornell([64, 48]) else { return };
     narrow.view.camera.tan_half_fov /= 3.0;
     let mean = |fields: &ScreenFields, pixels: &mut dyn Iterator<Item = usize>| -> f32 {
@@ -236,7 +236,7 @@ fn light_from_around_the_picture_is_what_a_wider_picture_shows() {
     let middle = (0..48).flat_map(|row| (0..64).map(move |column| (row + 48) * 192 + column + 64));
     let expected = mean(&wide_fields, &mut middle.into_iter());
     let mut with = |surround| {
-        let fields = narrow.drawn_still(&ScreenSettings { surround, ..settings.clone() }, 8);
+        let fields = narrow.drawn_still(&ScreenSettings { surround, ..settings }, 8);
         mean(&fields, &mut (0..64 * 48)) / expected
     };
     let (around, alone) = (with(3.0), with(1.0));

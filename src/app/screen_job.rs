@@ -56,13 +56,18 @@ pub struct ScreenRequest {
 }
 
 impl ScreenRequest {
+    /// True if another picture is to be drawn than by the other, whatever is shown of it.
+    fn moves(&self, other: &Self) -> bool {
+        !self.view.is_same(&other.view) || self.settings != other.settings
+    }
+
     fn is_same(&self, other: &Self) -> bool {
         let same_judge = match (&self.judge, &other.judge) {
             (Some((_, a)), Some((_, b))) => Arc::ptr_eq(&a[1], &b[1]),
             (None, None) => true,
             _ => false,
         };
-        self.view.is_same(&other.view) && self.settings == other.settings && self.shown == other.shown && same_judge
+        !self.moves(other) && self.shown == other.shown && same_judge
     }
 }
 
@@ -161,11 +166,19 @@ fn run(input: &ScreenInput, shared: &Shared, wake: &(impl Fn() + Send + Sync)) -
         };
         renderer.show(request.shown.0, request.shown.1);
         renderer.begin(&request.view, &request.settings)?;
-        while !renderer.is_done() {
+        let mut is_outdated = false;
+        while !renderer.is_done() && !is_outdated {
             if shared.ended.load(Relaxed) {
                 return Ok(());
             }
             renderer.submit()?;
+            // A still frame, of full size, is not worth waiting for when something moves; a moving one is shown.
+            let newest = locked(&shared.request);
+            is_outdated = renderer.still_frames() > 1 && newest.as_ref().is_some_and(|newest| newest.moves(&request));
+        }
+        if is_outdated {
+            last = None;
+            continue;
         }
         let still = renderer.still_frames();
         if still == 1 {

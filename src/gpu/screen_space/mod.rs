@@ -2,8 +2,8 @@
 //!
 //! A deep G-buffer ([`g_buffer`]: normals, reflectance and depth of two layers) is lit by the lights' pieces ([`lamps`],
 //! `light.wgsl`); bounces are gathered from taps of the picture itself, and of a coarse one around it ([`gather`]), and
-//! filtered ([`filter`]). After Mara,
-//! McGuire, Nowrouzezahrai and Luebke 2014, "Fast global illumination approximations on deep G-buffers".
+//! filtered ([`filter`]). After Mara, McGuire, Nowrouzezahrai and Luebke 2014, "Fast global illumination approximations on
+//! deep G-buffers".
 //!
 //! [`renderer`] is the only file that knows the order of the passes.
 

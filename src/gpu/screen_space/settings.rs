@@ -182,10 +182,11 @@ impl ScreenSettings {
     }
 
     /// Radius of the filter after so many still frames: it shrinks, as noise does, but slower, since blur grows by the square
-    /// of it; and it reaches from one pixel on the grid to the next.
+    /// of it; and it goes on to mix the pixels of the grid that share out their directions.
     pub fn filter_radius(&self, still: u32) -> u32 {
-        let least = if self.every > 1 { self.every } else { 0 };
-        ((self.filter as f32 / ((still + 1) as f32).powf(0.25)) as u32).max(least)
+        let shrunk = (self.filter as f32 / ((still + 1) as f32).powf(0.25)) as u32;
+        let to_next = if self.every > 1 { self.every } else { 0 };
+        shrunk.max(self.filter.min(3 * self.every)).max(to_next)
     }
 
     /// Columns and rows of the grid.
