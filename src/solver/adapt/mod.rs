@@ -52,7 +52,7 @@ const SMOOTH_TOLERANCE: f32 = 0.01;
 
 /// The estimated noise of rays that is allowed, relative to mean light, for a target error of 1. The estimate is some two or
 /// three times too large, as blocks of Sobol points scatter more than their mean errs.
-const NOISE_TOLERANCE: f32 = 2.0;
+const NOISE_TOLERANCE: f32 = 4.0;
 
 /// Standard errors that a difference must be larger than, for what may be noise of the samples cuts nothing.
 const NOISE: f32 = 2.0;

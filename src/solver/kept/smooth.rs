@@ -22,7 +22,13 @@ pub(in crate::solver) struct SmoothField {
     weights: Vec<Vec3>,
     /// For each edge of each element which of its ends have neighbours behind them.
     reaches: Vec<[[bool; 2]; 3]>,
+    /// How far off the neighbours of each vertex are that its slopes come from; the nearest count most [local units].
+    spacing: Vec<f32>,
 }
+
+/// A slope tells of so many times the distance to the neighbours that it comes from: beyond, along the long edges of
+/// slivers, their noise would be magnified.
+const SPACINGS_TOLD: f32 = 3.0;
 
 /// The derivatives of a field of three bands along x, y and z.
 pub(in crate::solver) type Gradient = [Vec3; 3];
@@ -33,7 +39,7 @@ impl SmoothField {
         let mesh = &tessellation.mesh;
         let in_crease = in_creases(mesh, origins);
         let (offsets, neighbours, weights, reaches) = (vec![0], Vec::new(), Vec::new(), Vec::new());
-        let mut field = Self { in_crease, offsets, neighbours, weights, reaches };
+        let mut field = Self { in_crease, offsets, neighbours, weights, reaches, spacing: Vec::new() };
         let mut around = Vec::new();
         for vertex in 0..mesh.positions.len() {
             around.clear();
@@ -57,6 +63,8 @@ impl SmoothField {
                 }
             }
             field.offsets.push(field.neighbours.len() as u32);
+            let inverse_squares: f32 = around.iter().map(|&other| 1.0 / offset(other).length_squared()).sum();
+            field.spacing.push((around.len() as f32 / inverse_squares).sqrt());
         }
         let of_element = |&corners: &[u32; 3]| edges(corners).map(|ends| field.reaches_behind(mesh, ends));
         field.reaches = mesh.triangles.par_iter().with_min_len(256).map(of_element).collect();
@@ -110,11 +118,13 @@ impl SmoothField {
         let difference = values[b] - values[a];
         // In a crease the profile is x ln x: its middle is as much higher again.
         let factor = |vertex: usize| if self.in_crease[vertex] { 0.5 } else { 0.25 };
-        match reaches {
+        let told = (SPACINGS_TOLD * self.spacing[a].min(self.spacing[b]) / along.length()).min(1.0);
+        let surplus = match reaches {
             [true, false] => factor(b) * (rise(a) - difference),
             [false, true] => factor(a) * (difference - rise(b)),
             [true, true] | [false, false] => 0.125 * (rise(a) - rise(b)),
-        }
+        };
+        told * told * surplus
     }
 
     /// Which ends of an edge have neighbours behind them.
