@@ -205,7 +205,7 @@ pub fn run(args: &BenchArgs, matches: &ArgMatches) -> anyhow::Result<Outcome> {
     }
     ensure!(!lines.is_empty(), "{}: no method could be run", args.scene.scene.display());
     write_table(&table, &lines)?;
-    write_error_plot(&args.output.join("bench"), &args.scene.scene.display().to_string(), &curves(&lines))?;
+    write_error_plot(&args.output.join("bench"), &loaded.scene.name, &curves(&lines))?;
     println!("written    {}, bench.svg and bench.png", table.display());
     Ok(Outcome::Done)
 }
