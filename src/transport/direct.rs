@@ -190,8 +190,8 @@ impl DirectContext<'_> {
                 if unhidden.is_some() && samples.agree() {
                     break;
                 }
-                let term = sample(origin, sequence.sample_2d(index));
-                samples.enter(term.map(|term| self.is_seen(term, origin, rays)), receiver.block_of(index));
+                let sample = self.is_seen(sample(origin, sequence.sample_2d(index)), origin, rays);
+                samples.enter(sample, receiver.block_of(index));
             }
             if let Some(started) = timed.filter(|_| rays.traced > traced_before) {
                 rays.timed += rays.traced - traced_before;
@@ -209,21 +209,21 @@ impl DirectContext<'_> {
         sum
     }
 
-    /// A sample of a light, and whether the light is seen there; a ray is traced where it could be.
+    /// A sample's term, and whether the light is seen there; none, and no ray, where it cannot be.
     fn is_seen(
         &self,
-        (term, target): (Vec3, Vec3),
+        sample: Option<(Vec3, Vec3)>,
         from: &SurfacePoint,
         rays: &mut ShadowRays,
-    ) -> (Vec3, Option<bool>) {
+    ) -> Option<(Vec3, bool)> {
         // A product that overflowed is dropped with its ray: no infinity may reach a result.
-        let ray = from.ray_to(target).filter(|_| term.max_element() > 0.0 && term.is_finite());
-        let Some(ray) = ray else {
+        let sample = sample.filter(|(term, _)| term.max_element() > 0.0 && term.is_finite());
+        let Some((term, ray)) = sample.and_then(|(term, target)| Some((term, from.ray_to(target)?))) else {
             rays.skip(Sight::BelowHorizon, 1);
-            return (Vec3::ZERO, None);
+            return None;
         };
         rays.traced += 1;
-        (term, Some(!self.tracer.occluded(&ray)))
+        Some((term, !self.tracer.occluded(&ray)))
     }
 
     /// What is known of polygon lights without samples.
@@ -319,9 +319,9 @@ struct Samples {
 }
 
 impl Samples {
-    fn enter(&mut self, sample: Option<(Vec3, Option<bool>)>, block: usize) {
+    fn enter(&mut self, sample: Option<(Vec3, bool)>, block: usize) {
         self.taken += 1;
-        let Some((term, Some(is_seen))) = sample else { return };
+        let Some((term, is_seen)) = sample else { return };
         self.unhidden += term;
         self.seen += u32::from(is_seen);
         self.hidden += u32::from(!is_seen);

@@ -125,10 +125,7 @@ impl RowChunk {
             let row = start..*end as usize;
             start = row.end;
             if is_kept(index) {
-                self.entries.copy_within(row.clone(), write);
-                if !self.tints.is_empty() {
-                    self.tints.copy_within(row.clone(), write);
-                }
+                move_entries((&mut self.entries, &mut self.tints), row.clone(), write);
                 write += row.len();
             }
             *end = write as u32;
@@ -136,9 +133,17 @@ impl RowChunk {
         let (mut index, mut block_index) = (0.., 0..);
         self.rows.retain(|_| index.next().is_some_and(&is_kept));
         self.blocks.retain(|_| block_index.next().is_some_and(&is_kept));
-        self.entries.truncate(write);
+        self.truncate(write);
+        self.shrink_to_fit();
+    }
+
+    fn truncate(&mut self, entries: usize) {
+        self.entries.truncate(entries);
+        self.tints.truncate(entries);
+    }
+
+    fn shrink_to_fit(&mut self) {
         self.entries.shrink_to_fit();
-        self.tints.truncate(write);
         self.tints.shrink_to_fit();
     }
 
@@ -236,8 +241,7 @@ impl Transport<'_> {
             runs.resize(origins.len(), Run::default());
             let mut block_ends = [0; BLOCKS];
             if !self.trace_row(vertex, &origins, chunk, &mut runs, &mut block_ends, is_cancelled) {
-                chunk.entries.truncate(start);
-                chunk.tints.truncate(start);
+                chunk.truncate(start);
                 return false;
             }
             chunk.blocks.push(blocks_of(self.rays_of(vertex), block_ends, &runs));
@@ -257,8 +261,7 @@ impl Transport<'_> {
             }
             receive(vertex, &origins, &found);
         }
-        chunk.entries.shrink_to_fit();
-        chunk.tints.shrink_to_fit();
+        chunk.shrink_to_fit();
         true
     }
 
@@ -378,6 +381,14 @@ impl Outgoing {
     }
 }
 
+/// Moves entries to an earlier place, with their tints if there are any.
+fn move_entries((entries, tints): (&mut [RowEntry], &mut [Tint]), from: std::ops::Range<usize>, to: usize) {
+    entries.copy_within(from.clone(), to);
+    if !tints.is_empty() {
+        tints.copy_within(from, to);
+    }
+}
+
 /// Takes buried origins, their runs, and their entries from `start` on, out of a row.
 fn drop_buried(chunk: &mut RowChunk, start: usize, origins: &mut Vec<SurfacePoint>, runs: &mut Vec<Run>) {
     if !runs.iter().any(Run::is_buried) {
@@ -387,16 +398,12 @@ fn drop_buried(chunk: &mut RowChunk, start: usize, origins: &mut Vec<SurfacePoin
     for run in runs.iter() {
         let next = read + run.entries as usize;
         if !run.is_buried() {
-            chunk.entries.copy_within(read..next, write);
-            if !chunk.tints.is_empty() {
-                chunk.tints.copy_within(read..next, write);
-            }
+            move_entries((&mut chunk.entries, &mut chunk.tints), read..next, write);
             write += run.entries as usize;
         }
         read = next;
     }
-    chunk.entries.truncate(write);
-    chunk.tints.truncate(write);
+    chunk.truncate(write);
     let mut buried = runs.iter().map(Run::is_buried);
     origins.retain(|_| buried.next() != Some(true));
     runs.retain(|run| !run.is_buried());

@@ -121,11 +121,7 @@ pub fn visible_irradiance(
     light: &PolygonLight,
     scratch: &mut Scratch,
 ) -> Option<Seen> {
-    let known = |value: f64, sight: Sight| {
-        let irradiance = light.radiance * value as f32;
-        // A product that overflowed is dropped: no infinity may reach a result.
-        Some(Seen { irradiance: if irradiance.is_finite() { irradiance } else { Vec3::ZERO }, sight })
-    };
+    let known = |value: f64, sight: Sight| Some(Seen { irradiance: times_radiance(light, value), sight });
     let outline = above_horizon(from, light);
     if outline.is_empty() {
         return known(0.0, Sight::BelowHorizon);
@@ -168,7 +164,12 @@ pub fn visible_irradiance(
 /// Irradiance [W/m²] at a surface point from a polygon light with nothing between.
 #[cfg(feature = "reference")]
 pub(super) fn unhidden_irradiance(from: &SurfacePoint, light: &PolygonLight) -> Vec3 {
-    let irradiance = light.radiance * above_horizon(from, light).irradiance(from.shading_normal.as_dvec3()) as f32;
+    times_radiance(light, above_horizon(from, light).irradiance(from.shading_normal.as_dvec3()))
+}
+
+/// Irradiance [W/m²] from what it is at radiance 1. A product that overflowed is dropped: no infinity may reach a result.
+fn times_radiance(light: &PolygonLight, value: f64) -> Vec3 {
+    let irradiance = light.radiance * value as f32;
     if irradiance.is_finite() { irradiance } else { Vec3::ZERO }
 }
 

@@ -14,7 +14,7 @@ use crate::{
     scene::tessellate::Refinement,
     solver::{
         buried::fill_buried,
-        kept::{Rows, SmoothField, Sources, in_creases},
+        kept::{Rows, SmoothField, Sources},
         monitor::Stage,
     },
     trace::SurfacePoint,
@@ -84,9 +84,7 @@ impl<'a> IndirectElements<'a> {
             tessellation = refinement.tessellation(scene);
         }
         let sources = Arc::new(Sources::by_area(Arc::new(tessellation), context.problem.settings.rays));
-        let buried = vec![false; sources.tessellation.mesh.positions.len()];
-        let smooth = SmoothField::new(&sources.tessellation, &sources.origins, &buried);
-        let (first_bounce, found_emission, squared_errors, bend, rows) = Default::default();
+        let (first_bounce, found_emission, squared_errors, bend, smooth, buried, rows) = Default::default();
         let (scale, rounds) = (fine.scale, Rounds::new(context.monitor));
         Self {
             context,
@@ -113,11 +111,14 @@ impl<'a> IndirectElements<'a> {
     pub(super) fn follow_light(&mut self, tolerance: f32, noise: f32) {
         let count = self.sources.tessellation.mesh.positions.len();
         if self.context.problem.settings.bounces == Some(0) || self.context.lights.is_empty() {
-            (self.first_bounce, self.found_emission) = (vec![Vec3::ZERO; count], vec![Vec3::ZERO; count]);
+            (self.first_bounce, self.buried) = (vec![Vec3::ZERO; count], vec![false; count]);
+            self.found_emission = vec![Vec3::ZERO; count];
+            self.smooth = self.smooth_field();
             return;
         }
         self.context.monitor.enter_stage(Stage::FollowingIndirect, 0, 1, 1.0);
         self.gather_new();
+        self.smooth = self.smooth_field();
         self.bend = vec![0.0; count];
         if self.fine.is_dark() {
             self.scale = mean_of_lit(&self.gathered(), &self.sources.tessellation.vertex_areas());
@@ -130,7 +131,6 @@ impl<'a> IndirectElements<'a> {
         let mut wanted: Vec<u32> = elements.filter(is_worth_a_look).collect();
         loop {
             let Sources { tessellation, origins, .. } = &*self.sources;
-            self.smooth = SmoothField::new(tessellation, origins, &self.buried);
             let mut known = self.gathered();
             for (vertex, value) in fill_buried(&tessellation.mesh, origins, &known, &self.buried) {
                 known[vertex] = value;
@@ -143,9 +143,15 @@ impl<'a> IndirectElements<'a> {
             self.sources = Arc::new(Sources::by_area(Arc::new(tessellation), self.context.problem.settings.rays));
             self.gather_new();
             self.measure_bends(&known);
+            self.smooth = self.smooth_field();
             wanted = self.bent_elements(first_new_node, tolerance);
         }
         self.trace_more_rays(noise);
+    }
+
+    /// What lies between the vertices as they are now.
+    fn smooth_field(&self) -> SmoothField {
+        SmoothField::new(&self.sources.tessellation, &self.sources.origins, &self.buried)
     }
 
     /// All light that rays gathered [W/m²], at each vertex.
@@ -176,7 +182,6 @@ impl<'a> IndirectElements<'a> {
     fn bent_elements(&self, first_new_node: u32, tolerance: f32) -> Vec<u32> {
         let nodes: Vec<u32> = self.refinement.nodes().collect();
         let tessellation = &self.sources.tessellation;
-        let in_crease = in_creases(&tessellation.mesh, &self.sources.origins);
         let gathered = self.gathered();
         let is_bent = |&element: &u32| {
             let corners = tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
@@ -186,7 +191,7 @@ impl<'a> IndirectElements<'a> {
             }
             let bend = corners.iter().fold(0.0, |bend, &vertex| self.bend[vertex].max(bend)) * length;
             let at_border = match corners.iter().filter(|&&vertex| self.buried[vertex]).count() {
-                0 => BEND_IN_CREASE * largest_fall(corners, &gathered, &in_crease) / self.scale,
+                0 => BEND_IN_CREASE * largest_fall(corners, &gathered, &self.smooth.in_crease) / self.scale,
                 3 => 0.0,
                 _ => BEND_AT_FOOT,
             };
@@ -200,16 +205,17 @@ impl<'a> IndirectElements<'a> {
     fn trace_more_rays(&mut self, noise: f32) {
         for _ in 0..MOST_ROUNDS_OF_MORE_RAYS {
             let Some(rays) = self.rays_for(noise) else { return };
-            let Sources { tessellation, origins, rays: before } = &*self.sources;
-            let is_more = |vertex: u32| before.as_ref().is_some_and(|old| rays[vertex as usize] > old[vertex as usize]);
+            let before = self.sources.rays.as_ref();
+            let is_more = |vertex: u32| before.is_some_and(|old| rays[vertex as usize] > old[vertex as usize]);
             let vertices: Vec<u32> = (0..rays.len() as u32).filter(|&vertex| is_more(vertex)).collect();
             if vertices.is_empty() || self.context.is_cancelled() {
                 return;
             }
             self.rows.par_iter_mut().for_each(|rows| rows.drop_vertices(is_more));
-            let (tessellation, origins) = (Arc::clone(tessellation), origins.clone());
-            self.sources = Arc::new(Sources { tessellation, origins, rays: Some(rays) });
+            // Copied only where rows are not kept, and will be traced again as they were.
+            Arc::make_mut(&mut self.sources).rays = Some(rays);
             self.gather(vertices);
+            self.smooth = self.smooth_field();
         }
     }
 

@@ -20,7 +20,7 @@ pub(super) use self::{
     coarse::Coarse,
     direct::{DirectAtVertices, in_the_middle, mean},
     rows::{KeptRows, Rows, Sources},
-    smooth::{SmoothField, SmoothValues, in_creases},
+    smooth::{SmoothField, SmoothValues},
 };
 use self::{iteration::Sweeps, krylov::Known};
 use super::{

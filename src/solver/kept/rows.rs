@@ -37,6 +37,7 @@ impl Rows {
 }
 
 /// Elements that rows leave from.
+#[derive(Clone)]
 pub(in crate::solver) struct Sources {
     pub(in crate::solver) tessellation: Arc<Tessellation>,
     pub(in crate::solver) origins: VertexOrigins,

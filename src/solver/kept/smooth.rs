@@ -14,9 +14,10 @@ use crate::{
 /// over their squared distance. An edge's middle then differs from the mean of its ends by an eighth of the difference
 /// of the slopes along it (cubic Hermite interpolation at 1/2), and a quadratic patch through corners and middles has
 /// no gaps to its neighbours.
+#[derive(Default)]
 pub(in crate::solver) struct SmoothField {
     /// Vertices in a concave crease: another surface rises from there.
-    in_crease: Vec<bool>,
+    pub(in crate::solver) in_crease: Vec<bool>,
     offsets: Vec<u32>,
     neighbours: Vec<u32>,
     weights: Vec<Vec3>,
@@ -149,7 +150,7 @@ fn edges([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
 }
 
 /// Which vertices lie in a concave crease: at their place another surface begins that rises in front of theirs.
-pub(in crate::solver) fn in_creases(mesh: &Mesh, origins: &VertexOrigins) -> Vec<bool> {
+fn in_creases(mesh: &Mesh, origins: &VertexOrigins) -> Vec<bool> {
     let count = mesh.positions.len();
     let mut by_place: Vec<u32> = (0..count as u32).collect();
     let place = |vertex: u32| mesh.positions[vertex as usize].to_array().map(|value| (value + 0.0).to_bits());
