@@ -8,14 +8,19 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
-use std::{path::Path, sync::Arc, time::Instant};
+use std::{
+    path::Path,
+    sync::Arc,
+    time::{Duration, Instant},
+};
 
 use common::{
     cornell_light, own_scene, problem, shared, solve_unwatched, solve_with_elements,
     truths::{CASES, Case, agreement_of, case, load_options},
 };
+use cpu_time::ProcessTime;
 use glam::{DVec3, Vec3};
-use obvhs::BvhBuildParams;
+use obvhs::{BvhBuildParams, bvh2::builder::build_bvh2};
 use radiosity::{
     check::{
         closed_form::furnace_irradiance,
@@ -191,10 +196,12 @@ fn threads() {
 
 /// Rays a second of processor time, times the number of threads, by how the tree is built; the median of passes in turn.
 fn rays() {
+    // The presets' `search_depth_threshold` makes bad leaves on regular meshes.
+    let preset = |preset| BvhBuildParams { max_prims_per_leaf: 1, search_depth_threshold: 0, ..preset };
     let builds = [
-        ("fast", BvhBuildParams::fast_build()),
-        ("medium", BvhBuildParams::medium_build()),
-        ("very slow", BvhBuildParams::very_slow_build()),
+        ("own", None),
+        ("medium", Some(preset(BvhBuildParams::medium_build()))),
+        ("very slow", Some(preset(BvhBuildParams::very_slow_build()))),
     ];
     let atrium = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/atrium/atrium.obj");
     let state = loaded_scene::read_state(&atrium, None).unwrap().0;
@@ -206,8 +213,14 @@ fn rays() {
         let sets = RaySets::new(&scene, light.map(|light| light.to_local(&scene.frame)), 1 << 20, 1);
         let tracers = builds.map(|(build, parameters)| {
             let started = Instant::now();
-            let parameters = BvhBuildParams { search_depth_threshold: 0, ..parameters };
-            (build, Tracer::with_build(Arc::clone(&scene), parameters), started.elapsed())
+            let scene = Arc::clone(&scene);
+            let tracer = match parameters {
+                None => Tracer::new(scene),
+                Some(parameters) => {
+                    Tracer::with_tree(scene, |boxes| build_bvh2(boxes, parameters, &mut Duration::default()))
+                }
+            };
+            (build, tracer, started.elapsed())
         });
         let mut speeds = vec![<[[Vec<f64>; 2]; 3]>::default(); tracers.len()];
         for _ in 0..5 {
@@ -255,11 +268,7 @@ fn errors_at_truth(case: &Case, solved: &Solved, reconstruction: Reconstruction)
 
 /// Processor seconds of this process, all threads.
 fn processor_seconds() -> f64 {
-    // Fields 14 and 15 after the name, in hundredths of a second (Linux); elsewhere 0.
-    let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields: Vec<&str> = text.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
-    let ticks = |index: usize| fields.get(index).and_then(|word| word.parse::<f64>().ok()).unwrap_or(0.0);
-    (ticks(11) + ticks(12)) / 100.0
+    ProcessTime::now().as_duration().as_secs_f64()
 }
 
 /// Field error against seconds on the Cornell box: even cuts, then cuts that follow the light.

@@ -1,29 +1,22 @@
-//! The program's ray tracer: a tree that obvhs builds, collapsed (`wide_tree`) and walked (`walk`) by our own code with
+//! The program's ray tracer: a tree with splits in space (`split_tree`), collapsed (`wide_tree`) and walked (`walk`) with
 //! a watertight triangle test (`triangle`).
-//!
-//! obvhs's triangle test lets rays through at shared edges, and its boxes are exact, so a flat wall's box has no
-//! thickness: every box is padded by more than its rounding error.
 
-use std::{sync::Arc, time::Duration};
+use std::sync::Arc;
 
 use fearless_simd::{Level, dispatch};
-use glam::{Vec2, Vec3, Vec3A};
-use obvhs::{Boundable, BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
+use glam::{Vec2, Vec3A};
+use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
 use super::{
     Hit, NO_TRIANGLE, Ray, RayTracer,
     shaft::{Shaft, visit_triangles},
-    walk,
+    split_tree, walk,
     wide_tree::WideTree,
 };
 use crate::scene::Scene;
 
-/// How trees are built unless a caller says otherwise. The presets' `search_depth_threshold` makes bad leaves on
-/// regular meshes; at 0 the tree of a tessellated room was traced three times as fast.
-pub const DEFAULT_BUILD: BvhBuildParams =
-    BvhBuildParams { search_depth_threshold: 0, ..BvhBuildParams::medium_build() };
-
-/// How much a box is padded, as a fraction of its largest coordinate.
+/// How much a box is padded, as a fraction of its largest coordinate: more than its rounding error, and more than nothing,
+/// as a flat wall's box has no thickness.
 const BOX_PADDING: f32 = 1e-6;
 
 /// A scene's triangles in a bounding volume hierarchy.
@@ -38,42 +31,37 @@ pub struct Tracer {
     sides_apart: Option<u32>,
 }
 
-struct PaddedTriangle([Vec3; 3]);
-
-impl Boundable for PaddedTriangle {
-    fn aabb(&self) -> Aabb {
-        let mut bounds = Aabb::from_points(&self.0.map(Vec3A::from));
-        let padding = Vec3A::splat(BOX_PADDING * bounds.min.abs().max(bounds.max.abs()).max_element().max(1e-3));
-        bounds.min -= padding;
-        bounds.max += padding;
-        bounds
-    }
+/// The box, with more around it than it can be off by.
+pub(super) fn padded(bounds: Aabb) -> Aabb {
+    let padding = Vec3A::splat(BOX_PADDING * bounds.min.abs().max(bounds.max.abs()).max_element().max(1e-3));
+    Aabb::new(bounds.min - padding, bounds.max + padding)
 }
 
 impl Tracer {
     /// Builds the tree over the scene's own triangles.
     pub fn new(scene: Arc<Scene>) -> Self {
-        Self::with_build(scene, DEFAULT_BUILD)
+        let count = traced_count(&scene);
+        let binary = split_tree::build(count, |triangle| scene.mesh.corners(triangle));
+        Self::over(scene, &binary)
     }
 
-    /// Builds the tree with other parameters. The answers are the same for all.
-    pub fn with_build(scene: Arc<Scene>, parameters: BvhBuildParams) -> Self {
-        let triangle_count = scene.mesh.triangles.len() as u32;
-        let sides_apart = scene.two_sided.then_some(triangle_count / 2);
-        let traced: Vec<PaddedTriangle> =
-            (0..sides_apart.unwrap_or(triangle_count)).map(|id| PaddedTriangle(scene.mesh.corners(id))).collect();
-        let tree = if traced.is_empty() {
-            WideTree::default()
-        } else {
-            // The tree makes leaves of several triangles by itself.
-            let parameters = BvhBuildParams { max_prims_per_leaf: 1, ..parameters };
-            let binary = build_bvh2(&traced, parameters, &mut Duration::default());
-            WideTree::new(&binary, |triangle| traced[triangle as usize].0)
-        };
-        let mut cut_outs: Vec<bool> = (0..traced.len() as u32).map(|id| scene.may_be_cut_out(id)).collect();
+    /// Walks another binary tree than its own, which `build` makes from the triangles' boxes: at least one, one a leaf. The
+    /// answers are the same for all trees.
+    pub fn with_tree(scene: Arc<Scene>, build: impl FnOnce(&[Aabb]) -> Bvh2) -> Self {
+        let box_of = |triangle| padded(Aabb::from_points(&scene.mesh.corners(triangle).map(Vec3A::from)));
+        let boxes: Vec<Aabb> = (0..traced_count(&scene)).map(box_of).collect();
+        let binary = if boxes.is_empty() { Bvh2::default() } else { build(&boxes) };
+        Self::over(scene, &binary)
+    }
+
+    fn over(scene: Arc<Scene>, binary: &Bvh2) -> Self {
+        let tree = WideTree::new(binary, |triangle| scene.mesh.corners(triangle));
+        let count = traced_count(&scene);
+        let mut cut_outs: Vec<bool> = (0..count).map(|id| scene.may_be_cut_out(id)).collect();
         if !cut_outs.contains(&true) {
             cut_outs = Vec::new();
         }
+        let sides_apart = scene.two_sided.then_some(count);
         Self { scene, tree, level: Level::new(), cut_outs, sides_apart }
     }
 
@@ -113,46 +101,66 @@ impl Tracer {
     }
 }
 
-/// What a walk remembers without asking for memory; scenes that were looked at need about 110.
-const STACK_SIZE: usize = 128;
+/// Triangles in the tree: of a two-sided scene, whose second half are the first half's copies, one side.
+fn traced_count(scene: &Scene) -> u32 {
+    let count = scene.mesh.triangles.len() as u32;
+    if scene.two_sided { count / 2 } else { count }
+}
+
+/// What a walk remembers at first. Most need less; zeroing what all might need took a quarter of a short ray's time.
+const SHORT_STACK: usize = 48;
+
+/// Calls `walk` with a short stack, and with longer ones until that answers.
+#[inline(always)]
+fn with_stack<T: Copy + Default, R>(walk: impl Fn(&mut [T]) -> Option<R>) -> R {
+    let mut short = [T::default(); SHORT_STACK];
+    let mut long;
+    let mut stack: &mut [T] = &mut short;
+    loop {
+        if let Some(answer) = walk(stack) {
+            return answer;
+        }
+        long = vec![T::default(); 2 * stack.len()];
+        stack = &mut long;
+    }
+}
 
 impl RayTracer for Tracer {
     fn closest_hit(&self, ray: &Ray) -> Option<Hit> {
         let excluded = self.excluded(ray.origin_triangle);
-        let hit = dispatch!(self.level, simd => {
-            let (mut array, mut list) = ([0; STACK_SIZE], Vec::new());
-            let stack = stack_of(&mut array, &mut list, self.tree.stack_size);
-            walk::closest_hit(simd, &self.tree, ray, excluded, stack, |triangle, at| self.is_solid(triangle, at))
-        });
+        let hit = dispatch!(self.level, simd => with_stack(
+            #[inline(always)]
+            |stack| walk::closest_hit(
+                simd, &self.tree, ray, excluded, stack,
+                #[inline(always)]
+                |triangle, at| self.is_solid(triangle, at),
+            ),
+        ));
         hit.map(|hit| self.on_its_side(hit))
     }
 
     fn occluded(&self, ray: &Ray) -> bool {
         let excluded = self.excluded(ray.origin_triangle);
-        dispatch!(self.level, simd => {
-            let (mut array, mut list) = ([0; STACK_SIZE], Vec::new());
-            let stack = stack_of(&mut array, &mut list, self.tree.stack_size);
-            walk::is_occluded(simd, &self.tree, ray, excluded, stack, |triangle, at| self.is_solid(triangle, at))
-        })
+        dispatch!(self.level, simd => with_stack(
+            #[inline(always)]
+            |stack| walk::is_occluded(
+                simd, &self.tree, ray, excluded, stack,
+                #[inline(always)]
+                |triangle, at| self.is_solid(triangle, at),
+            ),
+        ))
     }
 
     fn triangles_in_shaft(&self, shaft: &Shaft, limit: usize, triangles: &mut Vec<u32>) -> bool {
         let mut all = true;
         visit_triangles(&self.tree, shaft, |triangle| {
+            if triangles.contains(&triangle) {
+                return true;
+            }
             all = triangles.len() < limit && !self.may_be_cut_out(triangle);
             triangles.push(triangle);
             all
         });
         all
     }
-}
-
-/// The array, or where that is too short the list, made as long as it takes.
-#[inline(always)]
-fn stack_of<'a, T: Copy + Default>(array: &'a mut [T], list: &'a mut Vec<T>, size: usize) -> &'a mut [T] {
-    if size <= array.len() {
-        return array;
-    }
-    list.resize(size, T::default());
-    list
 }

@@ -5,6 +5,7 @@
 pub mod bvh;
 pub mod locate;
 mod shaft;
+mod split_tree;
 pub mod surface;
 mod triangle;
 mod walk;

@@ -3,19 +3,37 @@
 //! Two triangles that share an edge compute the same edge function with opposite signs, so no ray passes between them.
 //! Where an edge function is exactly 0 in f32 it is computed again in f64, as the paper asks (section 3.2).
 
-use fearless_simd::{f32x8, prelude::*};
+use fearless_simd::{f32x4, f32x8, prelude::*, u8x16};
 use glam::{Vec2, Vec3};
 
 use super::{
-    Hit,
+    Hit, Ray,
     wide_tree::{Block, LANES},
+};
+
+/// A ray's axes, by twice the main one (along which its direction is longest), plus 1 where the direction is negative
+/// along that: x, y, z with z the main one, winding kept.
+const AXES: [[usize; 3]; 6] = [[1, 2, 0], [2, 1, 0], [2, 0, 1], [0, 2, 1], [0, 1, 2], [1, 0, 2]];
+
+/// The bytes that bring a vector of four to the axes of [`AXES`]. Without an entry: main axis 3, which no ray has.
+const SWIZZLES: [[u8; 16]; 8] = {
+    let (mut swizzles, mut row) = ([[0; 16]; 8], 0);
+    while row < AXES.len() {
+        let mut byte = 0;
+        while byte < 12 {
+            swizzles[row][byte] = (4 * AXES[row][byte / 4] + byte % 4) as u8;
+            byte += 1;
+        }
+        row += 1;
+    }
+    swizzles
 };
 
 /// What the test needs of a ray, computed once a ray (table 1 of the paper).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct ShearedRay {
+struct ShearedRay {
     origin: Vec3,
-    /// Axis order x, y, z, with z along the direction's largest component, winding kept.
+    /// Of [`AXES`].
     axes: [usize; 3],
     shear: Vec3,
 }
@@ -30,17 +48,10 @@ struct TriangleHit {
 
 impl ShearedRay {
     /// `direction` must not be 0.
-    #[inline(always)]
-    pub(super) fn new(origin: Vec3, direction: Vec3) -> Self {
-        /// By twice the main axis, plus 1 where the direction is negative along it.
-        const AXES: [[usize; 3]; 8] =
-            [[1, 2, 0], [2, 1, 0], [2, 0, 1], [0, 2, 1], [0, 1, 2], [1, 0, 2], [0, 1, 2], [1, 0, 2]];
-        // Without a branch: rays of all directions would mispredict it.
-        let length = direction.abs();
-        let of_two = usize::from(length.y > length.x);
-        let main = of_two + (2 - of_two) * usize::from(length.z > length.x.max(length.y));
+    fn new(origin: Vec3, direction: Vec3) -> Self {
+        let main = direction.abs().max_position();
         let components = direction.to_array();
-        let axes = AXES[(2 * main + usize::from(components[main] < 0.0)) % AXES.len()];
+        let axes = AXES[2 * main + usize::from(components[main] < 0.0)];
         let [x, y, z] = axes.map(|axis| components[axis]);
         Self { origin, axes, shear: Vec3::new(x / z, y / z, 1.0 / z) }
     }
@@ -76,7 +87,8 @@ impl ShearedRay {
 
 /// A ray for testing a block of triangles at once.
 pub(super) struct ShearedLanes<S: Simd> {
-    ray: ShearedRay,
+    /// Of [`AXES`].
+    axes: [usize; 3],
     /// In the ray's axis order, in all lanes.
     origin: [f32x8<S>; 3],
     shear: [f32x8<S>; 3],
@@ -94,20 +106,24 @@ pub(super) struct BlockHits<S: Simd> {
 }
 
 impl<S: Simd> ShearedLanes<S> {
+    /// From origin and direction, with fourth lanes of 0: to the same bits as [`ShearedRay::new`], but without a branch,
+    /// as rays of all directions would mispredict it.
     #[inline(always)]
-    pub(super) fn new(simd: S, ray: ShearedRay) -> Self {
-        let (origin, [x, y, z]) = (ray.origin.to_array(), ray.axes);
-        Self {
-            ray,
-            origin: [origin[x], origin[y], origin[z]].map(
-                #[inline(always)]
-                |value| f32x8::splat(simd, value),
-            ),
-            shear: ray.shear.to_array().map(
-                #[inline(always)]
-                |value| f32x8::splat(simd, value),
-            ),
-        }
+    pub(super) fn new(simd: S, [origin, direction]: [f32x4<S>; 2]) -> Self {
+        let length = direction.abs();
+        let [x, y, z, _] = length.to_array();
+        let longest = length.simd_ge(f32x4::splat(simd, x.max(y).max(z))).to_bitmask();
+        let main = longest.trailing_zeros() as usize % 4;
+        let is_negative = direction.simd_lt(f32x4::splat(simd, 0.0)).to_bitmask() as usize >> main & 1;
+        let row = 2 * main + is_negative;
+        let swizzle = u8x16::load_array_ref(simd, &SWIZZLES[row]);
+        let [origin, direction] = [origin, direction].map(
+            #[inline(always)]
+            |vector| simd.swizzle_dyn_f32x4(vector, swizzle),
+        );
+        let [x, y, z, _] = direction.to_array();
+        let shear = f32x4::load_array(simd, [x, y, 1.0, 0.0]) / z;
+        Self { axes: AXES[row % AXES.len()], origin: splat(simd, origin), shear: splat(simd, shear) }
     }
 
     /// The hits with 0 < distance <= `reach`, from either side.
@@ -138,9 +154,9 @@ impl<S: Simd> ShearedLanes<S> {
 
     /// The hit with one of the triangles that [`Self::meet`] found, to the same bits as [`ShearedRay::intersect`].
     #[inline(always)]
-    pub(super) fn hit(&self, hits: &BlockHits<S>, block: &Block, lane: usize, reach: f32) -> Option<Hit> {
+    pub(super) fn hit(&self, ray: &Ray, hits: &BlockHits<S>, block: &Block, lane: usize, reach: f32) -> Option<Hit> {
         if hits.off_edge >> lane & 1 == 0 {
-            return self.ray.hit(block, lane, reach);
+            return ShearedRay::hit(ray, block, lane, reach);
         }
         let lane = lane % LANES;
         Some(Hit {
@@ -157,7 +173,7 @@ impl<S: Simd> ShearedLanes<S> {
     /// A corner of each triangle, seen from the origin and sheared; its depth last.
     #[inline(always)]
     fn corner(&self, simd: S, corner: &[[f32; LANES]; 3]) -> [f32x8<S>; 3] {
-        let [x, y, z] = self.ray.axes;
+        let [x, y, z] = self.axes;
         let depth = f32x8::load_array_ref(simd, &corner[z]) - self.origin[2];
         let across = f32x8::load_array_ref(simd, &corner[x]) - self.origin[0];
         let along = f32x8::load_array_ref(simd, &corner[y]) - self.origin[1];
@@ -169,10 +185,17 @@ impl ShearedRay {
     /// The hit with one triangle of a block: seldom asked for.
     #[cold]
     #[inline(never)]
-    fn hit(&self, block: &Block, lane: usize, reach: f32) -> Option<Hit> {
-        let TriangleHit { distance, barycentric, front } = self.intersect(&block.corners(lane), reach.next_up())?;
+    fn hit(ray: &Ray, block: &Block, lane: usize, reach: f32) -> Option<Hit> {
+        let sheared = Self::new(ray.origin, ray.direction);
+        let TriangleHit { distance, barycentric, front } = sheared.intersect(&block.corners(lane), reach.next_up())?;
         Some(Hit { triangle: block.triangles[lane], barycentric, distance, front })
     }
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, vector: f32x4<S>) -> [f32x8<S>; 3] {
+    let [x, y, z, _] = vector.to_array();
+    [f32x8::splat(simd, x), f32x8::splat(simd, y), f32x8::splat(simd, z)]
 }
 
 fn edge_in_f64(p: f32, q: f32, r: f32, s: f32) -> f32 {

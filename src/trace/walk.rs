@@ -3,12 +3,12 @@
 //! Compiled for each instruction set that has vectors, and chosen when the program runs (crate fearless_simd): that is
 //! why functions here are generic over `Simd` and always inlined, closures too.
 
-use fearless_simd::{f32x16, prelude::*};
-use glam::{Vec2, Vec3};
+use fearless_simd::{f32x4, f32x16, mask32x16, prelude::*, u32x16};
+use glam::Vec2;
 
 use super::{
     Hit, Ray,
-    triangle::{ShearedLanes, ShearedRay},
+    triangle::ShearedLanes,
     wide_tree::{Block, IS_BLOCK, NO_CHILD, WIDTH, WideNode, WideTree},
 };
 
@@ -26,30 +26,31 @@ struct BoxRay<S: Simd> {
 
 impl<S: Simd> BoxRay<S> {
     #[inline(always)]
-    fn new(simd: S, ray: &Ray) -> Self {
+    fn new(simd: S, [origin, direction]: [f32x4<S>; 2]) -> Self {
         const LEAST_COMPONENT: f32 = 1e-12;
         const ROUNDING: f32 = 4.0 * f32::EPSILON;
         // With a component of 0 the difference of two infinities would arise; so little of one meets the same boxes.
-        let is_small = ray.direction.abs().cmplt(Vec3::splat(LEAST_COMPONENT));
-        let least = Vec3::splat(LEAST_COMPONENT).copysign(ray.direction);
-        let inverse = 1.0 / Vec3::select(is_small, least, ray.direction);
-        let widening = ROUNDING * ray.origin.abs().copysign(inverse);
-        let (first, last) = ((ray.origin + widening) * inverse, (ray.origin - widening) * inverse);
+        let is_small = direction.abs().simd_lt(f32x4::splat(simd, LEAST_COMPONENT));
+        let least = f32x4::splat(simd, LEAST_COMPONENT).copysign(direction);
+        let inverse = f32x4::splat(simd, 1.0) / is_small.select(least, direction);
+        let widening = (origin.abs() * ROUNDING).copysign(direction);
+        let (first, last) = ((origin + widening) * inverse, (origin - widening) * inverse);
+        let downwards = inverse.simd_lt(f32x4::splat(simd, 0.0)).to_bitmask() as usize;
         Self {
             inverse: splat(simd, inverse),
             starts: [splat(simd, first), splat(simd, last)],
-            first_sides: [inverse.x, inverse.y, inverse.z].map(|component| usize::from(component < 0.0)),
+            first_sides: [downwards & 1, downwards >> 1 & 1, downwards >> 2 & 1],
         }
     }
 
     /// The distance at which each child's box is entered, 0 if the ray starts inside, and the set of those that it enters
     /// before `reach`.
     #[inline(always)]
-    fn entered(&self, simd: S, node: &WideNode, reach: f32) -> (f32x16<S>, u64) {
+    fn entered(&self, simd: S, node: &WideNode, reach: f32) -> (f32x16<S>, mask32x16<S>) {
         let (zero, reach) = (f32x16::splat(simd, 0.0), f32x16::splat(simd, reach));
         let first = self.first(simd, node, 0).max(self.first(simd, node, 1)).max(self.first(simd, node, 2).max(zero));
         let last = self.last(simd, node, 0).min(self.last(simd, node, 1)).min(self.last(simd, node, 2).min(reach));
-        (first, first.simd_le(last).to_bitmask())
+        (first, first.simd_le(last))
     }
 
     #[inline(always)]
@@ -65,9 +66,20 @@ impl<S: Simd> BoxRay<S> {
     }
 }
 
+/// Origin and direction of a ray; the fourth lanes are 0.
 #[inline(always)]
-fn splat<S: Simd>(simd: S, vector: Vec3) -> [f32x16<S>; 3] {
-    [f32x16::splat(simd, vector.x), f32x16::splat(simd, vector.y), f32x16::splat(simd, vector.z)]
+fn vectors<S: Simd>(simd: S, ray: &Ray) -> [f32x4<S>; 2] {
+    let Ray { origin, direction, .. } = ray;
+    [[origin.x, origin.y, origin.z, 0.0], [direction.x, direction.y, direction.z, 0.0]].map(
+        #[inline(always)]
+        |lanes| f32x4::load_array(simd, lanes),
+    )
+}
+
+#[inline(always)]
+fn splat<S: Simd>(simd: S, vector: f32x4<S>) -> [f32x16<S>; 3] {
+    let [x, y, z, _] = vector.to_array();
+    [f32x16::splat(simd, x), f32x16::splat(simd, y), f32x16::splat(simd, z)]
 }
 
 /// The numbers of the bits that are set.
@@ -94,8 +106,8 @@ fn block_of(tree: &WideTree, child: u32) -> Option<&Block> {
 }
 
 /// The nearest hit of a ray at less than its largest distance. Of equal distances the lowest triangle wins, so that every
-/// tree gives the same answer. `excluded` is not hit, nor is what `is_solid` says no to. `stack` is scratch, as long as
-/// the tree asks for.
+/// tree gives the same answer. `excluded` is not hit, nor is what `is_solid` says no to. `stack` is scratch; the answer
+/// is not known, `None`, where it is too short.
 #[inline(always)]
 pub(super) fn closest_hit<S: Simd>(
     simd: S,
@@ -104,21 +116,25 @@ pub(super) fn closest_hit<S: Simd>(
     excluded: u32,
     stack: &mut [u64],
     is_solid: impl Fn(u32, Vec2) -> bool,
-) -> Option<Hit> {
-    let boxes = BoxRay::new(simd, ray);
-    let sheared = ShearedLanes::new(simd, ShearedRay::new(ray.origin, ray.direction));
+) -> Option<Option<Hit>> {
+    let vectors = vectors(simd, ray);
+    let boxes = BoxRay::new(simd, vectors);
+    let sheared = ShearedLanes::new(simd, vectors);
     // A hit must be less than this, by distance and then by triangle.
     let mut nearest = Hit { triangle: 0, barycentric: Vec2::ZERO, distance: ray.max_distance, front: false };
     let (mut is_hit, mut height, mut current) = (false, 0, 0);
     loop {
         while let Some(node) = tree.nodes.get(current as usize) {
             let (entered, children) = boxes.entered(simd, node, nearest.distance);
-            (current, height) = nearest_child(node, entered, children, stack, height);
+            if height + WIDTH > stack.len() {
+                return None;
+            }
+            (current, height) = nearest_child(node, entered, children.to_bitmask(), stack, height);
         }
         if let Some(block) = block_of(tree, current) {
             let hits = sheared.meet(simd, block, nearest.distance);
             for lane in Bits(hits.lanes) {
-                let Some(hit) = sheared.hit(&hits, block, lane, nearest.distance) else { continue };
+                let Some(hit) = sheared.hit(ray, &hits, block, lane, nearest.distance) else { continue };
                 let is_nearer = (hit.distance, hit.triangle) < (nearest.distance, nearest.triangle);
                 if is_nearer && hit.triangle != excluded && is_solid(hit.triangle, hit.barycentric) {
                     (nearest, is_hit) = (hit, true);
@@ -127,7 +143,7 @@ pub(super) fn closest_hit<S: Simd>(
         }
         loop {
             if height == 0 {
-                return is_hit.then_some(nearest);
+                return Some(is_hit.then_some(nearest));
             }
             height -= 1;
             if f32::from_bits((stack[height] >> 32) as u32) <= nearest.distance {
@@ -183,33 +199,37 @@ pub(super) fn is_occluded<S: Simd>(
     excluded: u32,
     stack: &mut [u32],
     is_solid: impl Fn(u32, Vec2) -> bool,
-) -> bool {
-    let boxes = BoxRay::new(simd, ray);
-    let sheared = ShearedLanes::new(simd, ShearedRay::new(ray.origin, ray.direction));
-    let farthest = ray.max_distance.next_down();
+) -> Option<bool> {
+    let vectors = vectors(simd, ray);
+    let boxes = BoxRay::new(simd, vectors);
+    let sheared = ShearedLanes::new(simd, vectors);
     let (mut height, mut current) = (0, 0);
     loop {
         while let Some(node) = tree.nodes.get(current as usize) {
-            let (_, children) = boxes.entered(simd, node, farthest);
-            let mut children = Bits(children);
-            let first = children.next();
-            for child in children {
-                stack[height] = node.children[child % WIDTH];
-                height += 1;
+            let (_, entered) = boxes.entered(simd, node, ray.max_distance);
+            let children = entered.to_bitmask();
+            if children == 0 {
+                current = NO_CHILD;
+                break;
             }
-            current = first.map_or(NO_CHILD, |child| node.children[child % WIDTH]);
+            // The last is looked at now. It goes to the stack too, with all in one store, but is not counted there.
+            current = node.children[children.ilog2() as usize % WIDTH];
+            let entered = simd.compress_u32x16(u32x16::load_array_ref(simd, &node.children), entered);
+            entered.store_array(stack[height..].first_chunk_mut::<WIDTH>()?);
+            height += children.count_ones() as usize - 1;
         }
         if let Some(block) = block_of(tree, current) {
-            let hits = sheared.meet(simd, block, farthest);
+            let hits = sheared.meet(simd, block, ray.max_distance);
             for lane in Bits(hits.lanes) {
-                let Some(hit) = sheared.hit(&hits, block, lane, farthest) else { continue };
-                if hit.triangle != excluded && is_solid(hit.triangle, hit.barycentric) {
-                    return true;
+                let Some(hit) = sheared.hit(ray, &hits, block, lane, ray.max_distance) else { continue };
+                let is_near = hit.distance < ray.max_distance && hit.triangle != excluded;
+                if is_near && is_solid(hit.triangle, hit.barycentric) {
+                    return Some(true);
                 }
             }
         }
         if height == 0 {
-            return false;
+            return Some(false);
         }
         height -= 1;
         current = stack[height];
