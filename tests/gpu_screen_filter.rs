@@ -47,15 +47,15 @@ fn filtered(row: &[[u32; 2]; COLUMNS], every: u32) -> Option<Vec<f64>> {
         device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
     };
     let uniforms = buffer(bytemuck::bytes_of(&uniforms), wgpu::BufferUsages::UNIFORM);
-    let surfaces = buffer(bytemuck::cast_slice(row), wgpu::BufferUsages::STORAGE);
     // What lies off the grid is not to be read.
     let mut on_grid = *row;
     on_grid.iter_mut().enumerate().filter(|(column, _)| !(*column as u32).is_multiple_of(every)).for_each(
         |(_, words)| {
-            *words = [surface(1, false), 0xffff_ffff];
+            words[1] = 0xffff_ffff;
         },
     );
-    let words = buffer(bytemuck::cast_slice(&on_grid), wgpu::BufferUsages::STORAGE);
+    let [surfaces, light] = [row.map(|words| words[0]), on_grid.map(|words| words[1])]
+        .map(|words| buffer(bytemuck::cast_slice(&words), wgpu::BufferUsages::STORAGE));
     let target = buffer(&[0; 16 * COLUMNS], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
     let read = device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
@@ -64,9 +64,9 @@ fn filtered(row: &[[u32; 2]; COLUMNS], every: u32) -> Option<Vec<f64>> {
         mapped_at_creation: false,
     });
     // The pass down, turned to run along the row: it is the one that leaves numbers.
-    let down = "blur(vec2i(pixel_of(index)), vec2i(0, 1))";
+    let down = "vec2u(0u, 1u), screen.size.x)";
     assert!(FILTER_WGSL.contains(down));
-    let along = FILTER_WGSL.replace(down, "blur(vec2i(pixel_of(index)), vec2i(1, 0))");
+    let along = FILTER_WGSL.replace(down, "vec2u(1u, 0u), 1u)");
     let source = format!("{SCREEN_WGSL}{along}");
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: None,
@@ -80,7 +80,7 @@ fn filtered(row: &[[u32; 2]; COLUMNS], every: u32) -> Option<Vec<f64>> {
         compilation_options: wgpu::PipelineCompilationOptions::default(),
         cache: None,
     });
-    let entries = [(0, &uniforms), (1, &words), (3, &target), (4, &surfaces)]
+    let entries = [(0, &uniforms), (1, &surfaces), (2, &light), (4, &target)]
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
     let layout = &pipeline.get_bind_group_layout(0);
     let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });

@@ -246,6 +246,23 @@ fn light_from_around_the_picture_is_what_a_wider_picture_shows() {
 }
 
 #[test]
+fn later_bounces_are_the_same_by_what_the_first_kept_of_its_taps_and_by_taps_anew() {
+    let settings = ScreenSettings { taps: 128, filter: 0, every: 1, surround: 1.0, ..ScreenSettings::default() };
+    let Some(mut stage) = ScreenStage::cornell([8, 8]) else { return };
+    // Two layers of 128 taps fill what is kept, at most, with 256 x 254 pixels.
+    let mut means = [254, 256].map(|height| {
+        stage.view.size = [256, height];
+        let fields = stage.drawn(&settings);
+        let sum = fields.total.iter().zip(&fields.direct).map(|(total, direct)| (*total - *direct).element_sum());
+        // A row is as wide in both, so that a pixel of the lower picture is a little larger.
+        f64::from(sum.sum::<f32>()) / f64::from(height).powi(2)
+    });
+    println!("{means:?}");
+    means.sort_by(f64::total_cmp);
+    assert!(means[1] < 1.002 * means[0], "{means:?}");
+}
+
+#[test]
 fn still_frames_add_the_light_of_later_bounces() {
     let Some(mut stage) = ScreenStage::cornell([64, 48]) else { return };
     let mean = |fields: &ScreenFields| fields.total.iter().sum::<Vec3>().element_sum();

@@ -49,7 +49,11 @@ fn source(file: &str) -> String {
         }
         "screen_space/screen.wgsl" => text,
         "screen_space/light.wgsl" => light_source(),
-        "screen_space/gather.wgsl" | "screen_space/slices.wgsl" | "screen_space/spiral.wgsl" => {
+        "screen_space/gather.wgsl"
+        | "screen_space/line.wgsl"
+        | "screen_space/slices.wgsl"
+        | "screen_space/kept.wgsl"
+        | "screen_space/spiral.wgsl" => {
             format!("{SCREEN_WGSL}{GATHER_WGSL}")
         }
         _ if file.starts_with("screen_space/") => format!("{SCREEN_WGSL}{text}"),
@@ -161,8 +165,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
 fn what_the_screen_space_passes_share_has_the_same_layout_in_rust_and_in_the_shaders() {
     let screen = rust_layout!(ScreenUniforms: size, layers, still, ray_origin, ray_step, right, near, up, pixel_area, forward,
         taps, eye, radius, filter_radius, filter_depth, obscurance_radius, obscurance_taps, obscurance_strength,
-        obscurance_slope, unseen, source_weights, first, end, every, thickness, surround_origin, surround_step,
-        surround_size, surround, spare);
+        obscurance_slope, unseen, keeps, first, end, every, thickness, surround_origin, surround_step,
+        surround_size, surround, spare, grid, spare_too);
     assert_eq!(wgsl_layout("screen_space/screen.wgsl", "Screen"), screen);
     let layer =
         rust_layout!(LayerUniforms: reference, right, near, up, separation, forward, spare, ray_origin, ray_step);
@@ -171,6 +175,6 @@ fn what_the_screen_space_passes_share_has_the_same_layout_in_rust_and_in_the_sha
     assert_eq!(wgsl_layout("screen_space/light.wgsl", "Lamp"), lamp);
     let bounce = rust_layout!(BounceUniforms: is_first, is_last, feeds_last, is_fed);
     assert_eq!(wgsl_layout("screen_space/gather.wgsl", "Bounce"), bounce);
-    let show = rust_layout!(ShowUniforms: buffer, layer, farthest, spare);
+    let show = rust_layout!(ShowUniforms: buffer, layer, nearest, farthest);
     assert_eq!(wgsl_layout("screen_space/show.wgsl", "Show"), show);
 }

@@ -272,7 +272,7 @@ impl LightmapPanel {
     }
 }
 
-pub(super) fn times_ui(ui: &mut Ui, times: &[PassTime]) {
+fn times_ui(ui: &mut Ui, times: &[PassTime]) {
     rows(ui, "passes", |ui| {
         for PassTime { pass, runs, seconds } in times {
             ui.label(*pass);

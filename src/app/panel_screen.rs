@@ -5,7 +5,7 @@ use egui::{Slider, Ui};
 
 use super::{
     controls::{choice_row, flag_help, row, rows},
-    panel_lightmap::times_ui,
+    layout::Layout,
     screen_job::{ScreenJob, ShownScreen},
 };
 use crate::gpu::screen_space::{ScreenSettings, ShownBuffer};
@@ -34,33 +34,67 @@ impl ScreenPanel {
         if self.job.is_none() {
             ui.label("Choose \u{201c}screen space\u{201d} for a view (panel View) to see what is set here.");
         }
+        self.buffers_ui(ui, settings);
+        if let Some(shown) = self.shown.as_ref().filter(|_| self.job.is_some()) {
+            shown_ui(ui, shown);
+        }
+        ui.separator();
         rows(ui, "screen space", |ui| settings_ui(ui, settings));
         ui.checkbox(&mut settings.no_tail, "No later bounces").on_hover_text(help("no_tail"));
+        if ui.button("Reset settings").on_hover_text("Back to the program's own settings").clicked() {
+            *settings = Layout::default().screen;
+        }
+    }
+
+    /// Which buffer is shown, and of which layer.
+    fn buffers_ui(&mut self, ui: &mut Ui, settings: &ScreenSettings) {
         ui.horizontal_wrapped(|ui| {
             for buffer in ShownBuffer::ALL {
                 let value = buffer.to_possible_value();
-                let name = value.as_ref().map_or("", |value| value.get_name());
-                let explanation = value.as_ref().and_then(|value| value.get_help()).map(ToString::to_string);
-                ui.selectable_value(&mut self.buffer, buffer, name).on_hover_text(explanation.unwrap_or_default());
+                let explanation = value.and_then(|value| value.get_help().map(ToString::to_string));
+                let choice = ui.selectable_value(&mut self.buffer, buffer, buffer.name());
+                choice.on_hover_text(explanation.unwrap_or_default());
             }
-            let mut second = self.layer == 1;
-            ui.checkbox(&mut second, "Second layer").on_hover_text("Of the buffer that is shown");
-            self.layer = u32::from(second);
         });
-        let Some(shown) = self.shown.as_ref().filter(|_| self.job.is_some()) else { return };
-        let [width, height] = shown.size;
-        let milliseconds = 1e3 * shown.frame_time.as_secs_f64();
-        ui.label(format!("{width} × {height} pixels in {milliseconds:.1} ms, the mean of {} frames", shown.still));
-        if let Some(errors) = shown.errors {
-            ui.label(format!(
-                "against the present solution: total errs by {:.1} %, indirect light by {:.1} % of the mean; {:+.1} % too bright",
-                100.0 * errors.total,
-                100.0 * errors.indirect,
-                100.0 * errors.bias
-            ));
+        let has_second = settings.layers() == 2 && self.buffer.has_layers();
+        let mut second = self.layer == 1;
+        let check = ui.add_enabled(has_second, egui::Checkbox::new(&mut second, "Of the second layer"));
+        check.on_hover_text("Shows this buffer of what lies behind the nearest surfaces");
+        self.layer = u32::from(second);
+        if self.buffer == ShownBuffer::Obscurance && settings.obscurance == 0 {
+            ui.weak("It is off: set obscurance taps below.");
         }
-        egui::CollapsingHeader::new("Passes").show(ui, |ui| times_ui(ui, &shown.times));
     }
+}
+
+/// What the last frame took, and how far it is from the solution.
+fn shown_ui(ui: &mut Ui, shown: &ShownScreen) {
+    let [width, height] = shown.size;
+    let milliseconds = 1e3 * shown.frame_time.as_secs_f64();
+    let frames = if shown.still == 1 { String::from("one frame") } else { format!("mean of {} frames", shown.still) };
+    ui.label(format!("{width} × {height} pixels, {milliseconds:.0} ms a frame, {frames}"));
+    if let Some(errors) = shown.errors {
+        let percent = |part: f64| 100.0 * part;
+        let bias = if errors.bias < 0.0 { "dark" } else { "bright" };
+        ui.label(format!(
+            "Error against the present solution: {:.1} % (indirect light {:.1} %); {:.1} % too {bias}",
+            percent(errors.total),
+            percent(errors.indirect),
+            percent(errors.bias.abs()),
+        ))
+        .on_hover_text(
+            "Root mean square over the pixels, relative to the mean light; told after 8 and after 64 frames",
+        );
+    }
+    egui::CollapsingHeader::new("Passes").show(ui, |ui| {
+        rows(ui, "passes", |ui| {
+            for pass in &shown.times {
+                ui.label(pass.pass);
+                ui.label(format!("{:.1} ms", 1e3 * pass.seconds)).on_hover_text("Of this frame, waiting included");
+                ui.end_row();
+            }
+        });
+    });
 }
 
 fn settings_ui(ui: &mut Ui, settings: &mut ScreenSettings) {

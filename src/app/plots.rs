@@ -33,7 +33,10 @@ pub(super) fn ui(ui: &mut Ui, results: Option<&Results>) -> bool {
     let mut saves = false;
     ui.set_min_height(ui.available_height());
     ui.columns(2, |columns| {
-        columns[0].label("Power arriving [% of the emitted] by bounce");
+        // Relighting tells all reflected light as one.
+        let relit = results.is_some_and(|results| results.relit);
+        let by = if relit { ": direct, all reflected" } else { " by bounce" };
+        columns[0].label(format!("Power arriving [% of the emitted]{by}"));
         power_plot(&mut columns[0], results);
         columns[1].horizontal(|ui| {
             ui.label("Estimated error [%] by seconds").on_hover_text(
@@ -54,11 +57,19 @@ fn plot<'a>(ui: &Ui, name: &'static str) -> Plot<'a> {
     Plot::new(name)
         .show_background(false)
         // Fewer faint lines than egui's own 8 points apart, which a software driver feels.
-        .grid_spacing(egui::Rangef::new(40.0, 300.0))
+        .grid_spacing(egui::Rangef::new(20.0, 300.0))
         .height(height.max(60.0))
         .allow_scroll(false)
         .allow_drag(false)
         .allow_zoom(false)
+}
+
+/// A line through dots. It is drawn piece by piece: joined, egui makes wedges of pieces shorter than the line is wide.
+fn curve(plot: &mut egui_plot::PlotUi<'_>, name: &'static str, colour: Color32, points: Vec<[f64; 2]>) {
+    for piece in points.windows(2) {
+        plot.line(Line::new(name, PlotPoints::from(piece.to_vec())).color(colour));
+    }
+    plot.points(Points::new(name, PlotPoints::from(points)).color(colour).radius(2.5).shape(MarkerShape::Circle));
 }
 
 fn power_plot(ui: &mut Ui, results: Option<&Results>) {
@@ -70,8 +81,7 @@ fn power_plot(ui: &mut Ui, results: Option<&Results>) {
             let percent = |power: &BouncePower| 100.0 * ratio_or_zero(power.arriving[band], emitted);
             let points: Vec<[f64; 2]> =
                 powers.iter().enumerate().map(|(bounce, power)| [bounce as f64, percent(power)]).collect();
-            plot.line(Line::new(name, PlotPoints::from(points.clone())).color(colour));
-            plot.points(Points::new(name, PlotPoints::from(points)).color(colour).radius(2.5));
+            curve(plot, name, colour, points);
         }
     });
 }
@@ -82,9 +92,10 @@ fn error_plot(ui: &mut Ui, results: Option<&Results>) {
     let points = |values: Vec<[f64; 2]>| -> Vec<[f64; 2]> {
         values.into_iter().map(|[seconds, fraction]| [seconds, logarithm(fraction)]).collect()
     };
+    // As many decades apart that their labels find room.
     let plot = plot(ui, "errors").include_x(0.0).include_y(2.0);
     let plot = plot.y_axis_formatter(|mark, _| format!("{}", 10_f64.powf(mark.value)));
-    let plot = plot.y_grid_spacer(egui_plot::uniform_grid_spacer(|_| [1.0, 1.0, 1.0]));
+    let plot = plot.y_grid_spacer(egui_plot::uniform_grid_spacer(|_| [1.0, 2.0, 4.0]));
     plot.show(ui, |plot| {
         let Some(results) = results else { return };
         let curves = [
@@ -92,9 +103,7 @@ fn error_plot(ui: &mut Ui, results: Option<&Results>) {
             ("estimated error", Color32::WHITE, points(results.estimated_errors().collect())),
         ];
         for (name, colour, points) in curves {
-            plot.line(Line::new(name, PlotPoints::from(points.clone())).color(colour));
-            let dots = Points::new(name, PlotPoints::from(points)).color(colour).radius(2.5);
-            plot.points(dots.shape(MarkerShape::Circle));
+            curve(plot, name, colour, points);
         }
         if let Some(sampling) = results.relative_sampling_error.filter(|error| *error > 0.0) {
             let line = egui_plot::HLine::new("sampling error", logarithm(sampling)).color(Color32::GRAY);

@@ -88,7 +88,7 @@ pub struct ShownScreen {
     pub still: u32,
     /// What it took.
     pub frame_time: Duration,
-    /// What each pass took so far.
+    /// What each of its passes took.
     pub times: Vec<PassTime>,
     /// How far it is from the solution, once still frames were added up.
     pub errors: Option<PictureErrors>,
@@ -164,6 +164,7 @@ fn run(input: &ScreenInput, shared: &Shared, wake: &(impl Fn() + Send + Sync)) -
             std::thread::sleep(Duration::from_millis(10));
             continue;
         };
+        let before = renderer.pass_times();
         renderer.show(request.shown.0, request.shown.1);
         renderer.begin(&request.view, &request.settings)?;
         let mut is_outdated = false;
@@ -197,7 +198,7 @@ fn run(input: &ScreenInput, shared: &Shared, wake: &(impl Fn() + Send + Sync)) -
                 version,
                 still,
                 frame_time: renderer.frame_time(),
-                times: renderer.pass_times(),
+                times: passes_since(&before, &renderer.pass_times()),
                 errors,
             });
         }
@@ -205,6 +206,16 @@ fn run(input: &ScreenInput, shared: &Shared, wake: &(impl Fn() + Send + Sync)) -
         wake();
     }
     Ok(())
+}
+
+/// The passes that ran since then.
+fn passes_since(before: &[PassTime], now: &[PassTime]) -> Vec<PassTime> {
+    let since = |(now, before): (&PassTime, &PassTime)| PassTime {
+        pass: now.pass,
+        runs: now.runs - before.runs,
+        seconds: now.seconds - before.seconds,
+    };
+    now.iter().zip(before).map(since).filter(|pass| pass.runs > 0).collect()
 }
 
 fn judged(

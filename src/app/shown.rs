@@ -27,7 +27,7 @@ impl App {
         let scenery = view::Scenery {
             frames: [0, 1].map(|number| self.frame(number)),
             fields: [&self.fields[0], &self.fields[1]],
-            remark,
+            titles: [0, 1].map(|number| self.view_title(number) + remark),
             picked: self.picked.map(|picked| (picked, self.elements())),
             rays: self.assignment.rays.rays.as_ref().filter(|_| self.assignment.rays.show && self.picked.is_some()),
         };
@@ -56,6 +56,19 @@ impl App {
             let camera = self.camera.state().to_local(&self.elements().scene.frame);
             self.picked = Picked::new(self.elements(), &camera, point, aspect);
             self.layout.to_front = self.picked.map(|_| Pane::Point);
+        }
+    }
+
+    /// What a view shows, in words.
+    fn view_title(&self, number: usize) -> String {
+        let settings = &self.layout.views[number];
+        let buffer = self.screen.shown.as_ref().map(|shown| shown.buffer);
+        match buffer.filter(|buffer| settings.source == Source::Screen && !buffer.is_light()) {
+            Some(buffer) => {
+                let layer = if self.screen.layer == 1 { " of the second layer" } else { "" };
+                format!("{}{layer}, screen space", buffer.name())
+            }
+            None => settings.title(),
         }
     }
 

@@ -39,8 +39,8 @@ pub(super) struct Scenery<'a> {
     pub(super) frames: [ViewFrame; 2],
     /// The fields of both.
     pub(super) fields: [&'a ViewField; 2],
-    /// Added to the views' titles.
-    pub(super) remark: &'a str,
+    /// What they are called.
+    pub(super) titles: [String; 2],
     /// The clicked point, with the elements it lies on.
     pub(super) picked: Option<(Picked, &'a Elements)>,
     /// The rays of one vertex.
@@ -106,7 +106,7 @@ fn view_ui(
         painter.circle_stroke(place, 5.0, Stroke::new(2.0, Color32::BLACK));
         painter.circle_stroke(place, 5.0, Stroke::new(1.0, Color32::WHITE));
     }
-    label(&painter, rect.left_top() + Points::new(8.0, 8.0), Align2::LEFT_TOP, &(settings.title() + scenery.remark));
+    label(&painter, rect.left_top() + Points::new(8.0, 8.0), Align2::LEFT_TOP, &scenery.titles[number]);
     if settings.has_legend() {
         legend(&painter, rect, settings, field.bright);
     }
@@ -129,10 +129,12 @@ fn view_ui(
     }
 }
 
+/// Text on a ground of its own, since pictures may be as bright as it.
 fn label(painter: &egui::Painter, place: Pos2, anchor: Align2, text: &str) {
-    let shadow = Points::new(1.0, 1.0);
-    painter.text(place + shadow, anchor, text, FontId::proportional(13.0), Color32::BLACK);
-    painter.text(place, anchor, text, FontId::proportional(13.0), Color32::from_gray(230));
+    let galley = painter.layout_no_wrap(String::from(text), FontId::proportional(13.0), Color32::from_gray(230));
+    let rect = anchor.anchor_size(place, galley.size());
+    painter.rect_filled(rect.expand2(Points::new(3.0, 1.0)), CornerRadius::ZERO, Color32::from_black_alpha(150));
+    painter.galley(rect.min, galley, Color32::WHITE);
 }
 
 /// The false colours with their values, at the bottom left.

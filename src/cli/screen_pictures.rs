@@ -3,7 +3,6 @@
 use std::{path::Path, sync::Arc};
 
 use anyhow::anyhow;
-use clap::ValueEnum as _;
 use glam::Vec3;
 
 use super::{files, scene_args::LoadedScene};
@@ -97,8 +96,7 @@ impl Pictures {
                 for _ in 0..frames {
                     renderer.draw(view, settings).map_err(anyhow::Error::msg)?;
                 }
-                let name = buffer.to_possible_value().map_or_else(String::new, |value| String::from(value.get_name()));
-                let path = folder.join(format!("{name}-{}.png", layer + 1));
+                let path = folder.join(format!("{}-{}.png", buffer.name(), layer + 1));
                 let shading = if buffer.is_light() { Shading::Irradiance } else { Shading::Plain };
                 self.write_page(page(renderer)?.0, truth.size, shading, &path)?;
             }

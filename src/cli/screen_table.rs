@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::screen_space::ScreenReport;
 use crate::{
     check::picture_errors::{PictureErrors, PictureTruth},
-    gpu::screen_space::{ScreenRenderer, ScreenSettings, ScreenView, SecondLayer, Weights},
+    gpu::screen_space::{Pass, ScreenRenderer, ScreenSettings, ScreenView, SecondLayer, Weights},
 };
 
 /// One setting.
@@ -99,6 +99,13 @@ struct FrameTime {
     passes: Vec<f64>,
 }
 
+impl FrameTime {
+    /// What a pass took [ms].
+    fn of(&self, pass: Pass) -> f64 {
+        self.passes[pass as usize]
+    }
+}
+
 /// Draws frames and takes the median; `change` makes each view out of the one before.
 fn timed(
     renderer: &mut ScreenRenderer,
@@ -168,11 +175,11 @@ pub(super) fn measure(
         frame_ms: time.all,
         light_moved_ms: with_light.all,
         rest_ms: rest.get(rest.len() / 2).copied().unwrap_or_default(),
-        g_buffer_ms: time.passes[1] + time.passes[2] + time.passes[3],
-        direct_ms: time.passes[4],
-        gather_ms: time.passes[6],
-        filter_ms: time.passes[7],
-        shadow_ms: with_light.passes[0],
+        g_buffer_ms: time.of(Pass::FirstLayer) + time.of(Pass::SecondLayer) + time.of(Pass::Around),
+        direct_ms: time.of(Pass::Light),
+        gather_ms: time.of(Pass::Gather),
+        filter_ms: time.of(Pass::Filter),
+        shadow_ms: with_light.of(Pass::Shadows),
     })
 }
 

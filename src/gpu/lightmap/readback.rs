@@ -42,3 +42,29 @@ pub(in crate::gpu) fn read_part<T: bytemuck::Pod>(
     queue.submit([encoder.finish()]);
     read(device, &copy)
 }
+
+/// Reads the first layers of a texture of depths, row by row from the top, by way of a copy.
+pub(in crate::gpu) fn read_depths(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+    layers: u32,
+) -> Result<Vec<f32>, String> {
+    let (width, height) = (texture.width(), texture.height());
+    let row_bytes = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let copy = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read"),
+        size: u64::from(row_bytes) * u64::from(height * layers),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let layout =
+        wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: Some(height) };
+    let source = wgpu::TexelCopyTextureInfo { aspect: wgpu::TextureAspect::DepthOnly, ..texture.as_image_copy() };
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: layers };
+    encoder.copy_texture_to_buffer(source, wgpu::TexelCopyBufferInfo { buffer: &copy, layout }, size);
+    queue.submit([encoder.finish()]);
+    let rows: Vec<f32> = read(device, &copy)?;
+    Ok(rows.chunks_exact(row_bytes as usize / 4).flat_map(|row| &row[..width as usize]).copied().collect())
+}

@@ -8,10 +8,30 @@ use glam::Vec4;
 use super::settings::{MOST_TAPS, ScreenSettings};
 
 /// The shader of a bounce; comes after [`super::uniforms::SCREEN_WGSL`].
-pub const GATHER_WGSL: &str =
-    concat!(include_str!("gather.wgsl"), include_str!("slices.wgsl"), include_str!("spiral.wgsl"));
+pub const GATHER_WGSL: &str = concat!(
+    include_str!("gather.wgsl"),
+    include_str!("line.wgsl"),
+    include_str!("slices.wgsl"),
+    include_str!("kept.wgsl"),
+    include_str!("spiral.wgsl")
+);
 /// The shader of the ambient obscurance, on the same spiral.
 pub const OBSCURANCE_WGSL: &str = include_str!("obscurance.wgsl");
+
+/// How taps are weighed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// By slices; what taps count for may be kept.
+    Slices,
+    /// By what the first bounce kept.
+    Kept,
+    /// As the source does.
+    Spiral,
+}
+
+impl Way {
+    pub(super) const COUNT: usize = 3;
+}
 
 /// Laid out as `Bounce` in `gather.wgsl`.
 #[repr(C)]

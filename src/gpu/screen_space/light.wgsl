@@ -1,4 +1,4 @@
-// Unpacks the G-buffer, and direct light at all its surfaces (eq. 6): each piece of a light by its outline, times what its
+// What taps read of the G-buffer, and direct light at all its surfaces (eq. 6): each piece of a light by its outline, times what its
 // hemicube shows of it. Comes after patches.wgsl, visibility.wgsl and screen.wgsl.
 
 // A piece of a light. The same fields as Lamp in lamps.rs.
@@ -27,12 +27,10 @@ struct Lamp {
 @group(0) @binding(4) var normals: texture_2d_array<f32>;
 @group(0) @binding(5) var reflectances: texture_2d_array<f32>;
 @group(0) @binding(6) var depths: texture_2d_array<f32>;
-// Normal and depth of each pixel; depth 0 where there is nothing.
-@group(0) @binding(7) var<storage, read_write> geometry: array<vec4f>;
-@group(0) @binding(8) var<storage, read_write> reflectance: array<vec4f>;
-@group(0) @binding(9) var<storage, read_write> direct: array<vec4f>;
+@group(0) @binding(7) var<storage, read_write> direct: array<vec3f>;
 // What taps read: the surface, and the radiosity by direct light.
-@group(0) @binding(10) var<storage, read_write> outgoing: array<vec2u>;
+@group(0) @binding(8) var<storage, read_write> surfaces: array<u32>;
+@group(0) @binding(9) var<storage, read_write> outgoing: array<u32>;
 
 @compute @workgroup_size(64)
 fn light(@builtin(global_invocation_id) id: vec3u) {
@@ -40,36 +38,36 @@ fn light(@builtin(global_invocation_id) id: vec3u) {
     if index >= screen.end {
         return;
     }
-    let is_around = index >= layer_entries();
-    let pixel = select(pixel_of(index), pixel_around(index), is_around);
-    let layer_around = 2u + (index - layer_entries()) / max(pixel_count_around(), 1u);
-    let layer = select(index / pixel_count(), layer_around, is_around);
-    let stored = textureLoad(depths, pixel, layer, 0).x;
+    let entry = entry_of(index);
+    let stored = textureLoad(depths, entry.pixel, entry.image, 0).x;
     if stored <= 0.0 {
-        geometry[index] = vec4f(0.0);
-        reflectance[index] = vec4f(0.0);
-        direct[index] = vec4f(0.0);
-        outgoing[index] = vec2u(0u);
+        direct[index] = vec3f(0.0);
+        surfaces[index] = 0u;
+        outgoing[index] = 0u;
         return;
     }
-    let in_view = normalize(textureLoad(normals, pixel, layer, 0).xyz);
-    let normal = in_view.x * screen.right + in_view.y * screen.up + in_view.z * screen.forward;
-    let z = screen.near / stored;
-    let ray = view_ray(place_of(index));
-    let position = screen.eye + z * (ray.x * screen.right + ray.y * screen.up + screen.forward);
+    let in_view = normalize(textureLoad(normals, entry.pixel, entry.image, 0).xyz);
+    let normal = in_space(in_view);
+    let position_in_view = position_at(place_of(entry), stored);
+    let position = screen.eye + in_space(position_in_view);
     var arriving = vec3f(0.0);
     var slot = settings.first_slot;
-    while slot < settings.end_slot {
-        let pieces = lamps[slot].pieces;
-        arriving += from_light(slot, pieces, position, normal);
-        slot += pieces;
+    // Loops test at their end: software drivers run a body once more to find that nothing is left.
+    if slot < settings.end_slot {
+        loop {
+            let pieces = lamps[slot].pieces;
+            arriving += from_light(slot, pieces, position, normal);
+            continuing {
+                slot += pieces;
+                break if slot >= settings.end_slot;
+            }
+        }
     }
-    geometry[index] = vec4f(in_view, z);
-    let reflected = textureLoad(reflectances, pixel, layer, 0).xyz;
-    reflectance[index] = vec4f(reflected, 0.0);
-    let mean = mean_with(direct[index], vec4f(arriving, 0.0));
+    let mean = mean_with(direct[index], arriving);
     direct[index] = mean;
-    outgoing[index] = vec2u(pack_surface(in_view, z), pack_light(reflected * mean.xyz));
+    let reflected = textureLoad(reflectances, entry.pixel, entry.image, 0).xyz;
+    surfaces[index] = pack_surface(in_view, position_in_view.z);
+    outgoing[index] = pack_light(reflected * mean);
 }
 
 // Irradiance from a light: in full view by its outline, times the part of its pieces that is seen, each weighed by what it
@@ -86,7 +84,8 @@ fn from_light(first: u32, pieces: u32, position: vec3f, normal: vec3f) -> vec3f 
     }
     var seen = 0.0;
     var all = 0.0;
-    for (var slot = first; slot < first + pieces; slot++) {
+    var slot = first;
+    loop {
         let offset = position - lamps[slot].origin;
         let squared = dot(offset, offset);
         // A little of what lies below the horizon, so that the last sliver of a light has a weight.
@@ -94,6 +93,10 @@ fn from_light(first: u32, pieces: u32, position: vec3f, normal: vec3f) -> vec3f 
         let weight = cosine * dot(offset, light_normal) / (squared * sqrt(squared));
         seen += weight * visibility(offset, normal, light_normal, tangent, slot);
         all += weight;
+        continuing {
+            slot++;
+            break if slot >= first + pieces;
+        }
     }
     return factor * seen / all * lamps[first].radiosity;
 }

@@ -22,6 +22,7 @@ mod targets;
 pub mod uniforms;
 pub mod view;
 
+pub use passes::Pass;
 pub use renderer::ScreenRenderer;
 pub use settings::{ScreenSettings, SecondLayer, Weights};
 pub use show::ShownBuffer;

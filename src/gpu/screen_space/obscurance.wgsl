@@ -1,13 +1,16 @@
 // Ambient obscurance of the first layer (Alchemy: McGuire, Osman, Bukowski and Hennessy 2011, eq. 10), lengths in units of
 // the obscurance's radius, so that its numbers suit scenes of any size. Comes after screen.wgsl.
 
-@group(0) @binding(1) var<storage, read> geometry: array<vec4f>;
-// The mean over the still frames, 1 where nothing obscures, down to 0; and the same to be filtered, and to be shown.
-@group(0) @binding(2) var<storage, read_write> obscured: array<f32>;
+@group(0) @binding(1) var normals: texture_2d_array<f32>;
+@group(0) @binding(2) var depths: texture_2d_array<f32>;
 @group(0) @binding(3) var<uniform> spiral: array<vec4f, 128>;
-@group(0) @binding(4) var<storage, read> outgoing: array<vec2u>;
-@group(0) @binding(5) var<storage, read_write> next: array<vec2u>;
-@group(0) @binding(6) var<storage, read_write> obscurance: array<vec4f>;
+// The mean over the still frames, 1 where nothing obscures, down to 0; and the same to be filtered, and to be shown.
+@group(0) @binding(4) var<storage, read_write> obscured: array<f32>;
+@group(0) @binding(5) var<storage, read_write> next: array<u32>;
+@group(0) @binding(6) var<storage, read_write> obscurance: array<vec3f>;
+
+// Layers of the G-buffer.
+override LAYERS: u32;
 
 const PI = 3.14159265358979;
 // Keeps near taps from outweighing all others, in squares of the radius.
@@ -21,16 +24,17 @@ fn obscure(@builtin(global_invocation_id) id: vec3u) {
     if number >= screen.end {
         return;
     }
-    let index = entry_on_grid(number);
-    let here = geometry[index];
+    let entry = entry_on_grid(number);
+    let stored = textureLoad(depths, entry.pixel, 0, 0).x;
     var open = 1.0;
-    if here.w > 0.0 {
-        open = openness(vec2f(pixel_of(index)), here);
+    if stored > 0.0 {
+        let normal = normalize(textureLoad(normals, entry.pixel, 0, 0).xyz);
+        open = openness(vec2f(entry.pixel), vec4f(normal, screen.near / stored));
     }
-    let mean = mean_with(vec4f(obscured[index]), vec4f(open));
-    obscured[index] = mean.x;
-    next[index] = vec2u(outgoing[index].x, pack_light(mean.xyz));
-    obscurance[index] = mean;
+    let mean = mean_with(vec3f(obscured[entry.index]), vec3f(open));
+    obscured[entry.index] = mean.x;
+    next[entry.index] = pack_light(mean);
+    obscurance[entry.index] = mean;
 }
 
 fn openness(pixel: vec2f, here: vec4f) -> f32 {
@@ -47,16 +51,15 @@ fn openness(pixel: vec2f, here: vec4f) -> f32 {
             * vec2f(along.x * turn.x - along.y * turn.y, along.x * turn.y + along.y * turn.x);
         let place = vec2i(floor(pixel + 0.5 + offset));
         if all(place >= vec2i(0)) && all(place < vec2i(screen.size)) {
-            var other = u32(place.y) * screen.size.x + u32(place.x);
-            for (var layer = 0u; layer < screen.layers; layer++) {
-                let depth = geometry[other].w;
+            for (var layer = 0u; layer < LAYERS; layer++) {
+                let stored = textureLoad(depths, place, layer, 0).x;
+                let depth = screen.near / max(stored, 1e-30);
                 let to = (depth * view_ray(vec2f(place)) - position) / screen.obscurance_radius;
                 let squared = dot(to, to);
-                if depth > 0.0 && squared < 1.0 {
+                if stored > 0.0 && squared < 1.0 {
                     let rise = dot(to, here.xyz) - screen.obscurance_slope * here.w / screen.obscurance_radius;
                     sum += max(rise, 0.0) / (squared + LEAST_SQUARE);
                 }
-                other += pixel_count();
             }
         }
     }

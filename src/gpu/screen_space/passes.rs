@@ -1,29 +1,40 @@
 //! The compute passes over the picture's pixels, and what they are bound to.
 
+use std::cell::OnceCell;
+
 use wgpu::util::DeviceExt as _;
 
 use super::{
     filter::FILTER_WGSL,
-    gather::{BounceUniforms, GATHER_WGSL, OBSCURANCE_WGSL, spiral},
+    gather::{BounceUniforms, GATHER_WGSL, OBSCURANCE_WGSL, Way, spiral},
     lamps::{LampPass, light_source},
     settings::{MOST_TAPS, ScreenSettings},
     show::{SHOW_WGSL, ShowUniforms},
     targets::Targets,
     uniforms::{SCREEN_WGSL, ScreenUniforms},
 };
-use crate::gpu::lightmap::pipelines::{compute_pipeline, module};
+use crate::gpu::lightmap::pipelines::{compute_pipeline, compute_pipeline_with, module};
 
 /// The passes of a frame, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Pass {
+pub enum Pass {
+    /// Shadow maps of the lamps.
     Shadows,
+    /// The nearest surfaces.
     FirstLayer,
+    /// What lies behind them.
     SecondLayer,
+    /// All layers of the picture around.
     Around,
+    /// Unpacking of the G-buffer, and direct light.
     Light,
+    /// Ambient obscurance.
     Obscure,
+    /// The bounces.
     Gather,
+    /// Both halves of the filter.
     Filter,
+    /// The buffer that is shown.
     Show,
 }
 
@@ -45,8 +56,11 @@ impl Pass {
 /// The pipelines.
 pub(super) struct Pipelines {
     light: wgpu::ComputePipeline,
-    gather: wgpu::ComputePipeline,
-    obscure: wgpu::ComputePipeline,
+    /// By layers and ways, once they were asked for.
+    gather: [[OnceCell<wgpu::ComputePipeline>; Way::COUNT]; 2],
+    gather_module: wgpu::ShaderModule,
+    obscure: [OnceCell<wgpu::ComputePipeline>; 2],
+    obscure_module: wgpu::ShaderModule,
     across: wgpu::ComputePipeline,
     down: wgpu::ComputePipeline,
     show: wgpu::ComputePipeline,
@@ -59,12 +73,29 @@ impl Pipelines {
         let pipeline = |module: &wgpu::ShaderModule, entry| compute_pipeline(device, module, entry);
         Self {
             light: pipeline(&module(device, "light.wgsl", &light_source()), "light"),
-            gather: pipeline(&screen("gather.wgsl", GATHER_WGSL), "gather"),
-            obscure: pipeline(&screen("obscurance.wgsl", OBSCURANCE_WGSL), "obscure"),
+            gather: Default::default(),
+            gather_module: screen("gather.wgsl", GATHER_WGSL),
+            obscure: Default::default(),
+            obscure_module: screen("obscurance.wgsl", OBSCURANCE_WGSL),
             across: pipeline(&filter, "across"),
             down: pipeline(&filter, "down"),
             show: pipeline(&screen("show.wgsl", SHOW_WGSL), "write_page"),
         }
+    }
+}
+
+impl Pipelines {
+    /// A bounce over so many layers. They are constants of the shader, so that a software driver has no loop over one.
+    fn gather(&self, device: &wgpu::Device, layers: u32, way: Way) -> &wgpu::ComputePipeline {
+        let constants = [("LAYERS", f64::from(layers)), ("WAY", f64::from(way as u32))];
+        self.gather[layers as usize - 1][way as usize]
+            .get_or_init(|| compute_pipeline_with(device, &self.gather_module, "gather", &constants))
+    }
+
+    fn obscure(&self, device: &wgpu::Device, layers: u32) -> &wgpu::ComputePipeline {
+        let constants = [("LAYERS", f64::from(layers))];
+        self.obscure[layers as usize - 1]
+            .get_or_init(|| compute_pipeline_with(device, &self.obscure_module, "obscure", &constants))
     }
 }
 
@@ -106,8 +137,8 @@ impl Uniforms {
 /// What the pipelines are bound to, for one picture.
 pub(super) struct Groups {
     light: wgpu::BindGroup,
-    gather: Vec<wgpu::BindGroup>,
-    obscure: wgpu::BindGroup,
+    gather: Vec<(wgpu::ComputePipeline, wgpu::BindGroup)>,
+    obscure: (wgpu::ComputePipeline, wgpu::BindGroup),
     /// Of light, and of obscurance.
     across: [wgpu::BindGroup; 2],
     down: [wgpu::BindGroup; 2],
@@ -120,44 +151,42 @@ impl Groups {
         pipelines: &Pipelines,
         (uniforms, lamps, targets): (&Uniforms, &LampPass, &Targets),
     ) -> Self {
-        let (screen, geometry) = (&uniforms.screen, &targets.geometry);
-        let light = [
-            (0, screen),
-            (1, &lamps.settings),
-            (2, &lamps.lamps),
-            (7, geometry),
-            (8, &targets.reflectance),
-            (9, &targets.direct),
-            (10, &targets.outgoing[0]),
-        ];
-        let light_views =
-            [(3, lamps.depth()), (4, &targets.normals.all), (5, &targets.reflectances.all), (6, &targets.depths.all)];
-        let group = |pipeline, buffers: &[(u32, &wgpu::Buffer)]| bind(device, pipeline, buffers, &[]);
+        let screen = (0, &uniforms.screen);
+        let Targets { normals, depths, reflectances, surfaces, outgoing, .. } = targets;
+        let light =
+            [screen, (1, &lamps.settings), (2, &lamps.lamps), (7, &targets.direct), (8, surfaces), (9, &outgoing[0])];
+        let light_views = [(3, lamps.depth()), (4, &normals.all), (5, &reflectances.all), (6, &depths.all)];
         let bounces = targets.gathered.len();
         let gather = (0..bounces).map(|bounce| {
             let numbers = bounce_uniforms(device, bounce, targets);
             let last = if bounce + 1 < bounces { &targets.gathered[bounces - 1] } else { &targets.direct };
-            let from = &targets.outgoing[bounce % 2];
-            let taps = [(0, screen), (1, geometry), (2, from), (3, &targets.gathered[bounce]), (4, &uniforms.spiral)];
-            let next = &targets.outgoing[(bounce + 1) % 2];
-            let rest = [(5, &numbers), (6, &targets.reflectance), (7, next), (8, &targets.indirect), (9, last)];
-            group(&pipelines.gather, &[&taps[..], &rest, &[(10, &targets.obscurance)]].concat())
+            let [from, to] = [bounce, bounce + 1].map(|number| &outgoing[number % 2]);
+            let taps = [screen, (4, surfaces), (5, from), (6, to), (11, &uniforms.spiral), (13, &targets.kept)];
+            let means = [(7, &targets.gathered[bounce]), (8, &targets.indirect), (9, last), (10, &targets.obscurance)];
+            let buffers = [&taps[..], &means, &[(12, &numbers)]].concat();
+            let here = [(1, &normals.all), (2, &depths.all), (3, &reflectances.all)];
+            let pipeline = pipelines.gather(device, targets.layers, targets.way(bounce));
+            (pipeline.clone(), bind(device, pipeline, &buffers, &here))
         });
-        let obscured = [(2, &targets.obscured), (5, &targets.obscured_words), (6, &targets.obscurance)];
-        let taps = [(0, screen), (1, geometry), (3, &uniforms.obscurance_spiral), (4, &targets.outgoing[0])];
-        let filtered = [&targets.outgoing[bounces % 2], &targets.obscured_words];
-        let (half, surfaces) = (&targets.half_filtered, (4, &targets.outgoing[0]));
-        let shown = [(2, geometry), (3, &targets.reflectance), (4, &targets.direct), (5, &targets.indirect)];
+        let obscured = [(3, &uniforms.obscurance_spiral), (4, &targets.obscured), (5, &targets.obscured_words)];
+        let obscured = [&obscured[..], &[screen, (6, &targets.obscurance)]].concat();
+        let obscure = pipelines.obscure(device, targets.layers);
+        let filtered = [&outgoing[bounces % 2], &targets.obscured_words];
+        let (half, surfaces) = (&targets.half_filtered, (1, surfaces));
+        let shown =
+            [screen, (1, &uniforms.show), (5, &targets.direct), (6, &targets.indirect), (7, &targets.obscurance)];
+        let shown_views = [(2, &normals.all), (3, &reflectances.all), (4, &depths.all)];
         Self {
             light: bind(device, &pipelines.light, &light, &light_views),
             gather: gather.collect(),
-            obscure: group(&pipelines.obscure, &[&obscured[..], &taps].concat()),
-            across: filtered.map(|source| group(&pipelines.across, &[(0, screen), (1, source), (2, half), surfaces])),
+            obscure: (obscure.clone(), bind(device, obscure, &obscured, &[(1, &normals.all), (2, &depths.all)])),
+            across: filtered
+                .map(|source| bind(device, &pipelines.across, &[screen, surfaces, (2, source), (3, half)], &[])),
             down: [&targets.indirect, &targets.obscurance]
-                .map(|target| group(&pipelines.down, &[(0, screen), (1, half), (3, target), surfaces])),
+                .map(|target| bind(device, &pipelines.down, &[screen, surfaces, (2, half), (4, target)], &[])),
             show: [0, 1].map(|page: usize| {
-                let rest = [(0, screen), (1, &uniforms.show), (6, &targets.obscurance), (7, &targets.pages[page])];
-                group(&pipelines.show, &[&rest[..], &shown].concat())
+                let page = (8, &targets.pages[page]);
+                bind(device, &pipelines.show, &[&shown[..], &[page]].concat(), &shown_views)
             }),
         }
     }
@@ -166,8 +195,8 @@ impl Groups {
     pub(super) fn record(&self, pass: &mut wgpu::ComputePass<'_>, pipelines: &Pipelines, what: Dispatch, pixels: u32) {
         let (pipeline, group) = match what {
             Dispatch::Light => (&pipelines.light, &self.light),
-            Dispatch::Gather(bounce) => (&pipelines.gather, &self.gather[bounce]),
-            Dispatch::Obscure => (&pipelines.obscure, &self.obscure),
+            Dispatch::Gather(bounce) => (&self.gather[bounce].0, &self.gather[bounce].1),
+            Dispatch::Obscure => (&self.obscure.0, &self.obscure.1),
             Dispatch::Across(field) => (&pipelines.across, &self.across[field as usize]),
             Dispatch::Down(field) => (&pipelines.down, &self.down[field as usize]),
             Dispatch::Show(page) => (&pipelines.show, &self.show[page]),

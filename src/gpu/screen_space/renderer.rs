@@ -19,12 +19,16 @@ use super::{
     show::{ShowUniforms, ShownBuffer},
     targets::Targets,
     uniforms::{ScreenUniforms, wider},
-    view::{ScreenFields, ScreenView},
+    view::{ScreenFields, ScreenView, depths_of_box},
 };
 use crate::gpu::{
     ViewGeometry,
-    lightmap::{readback::read_copy, timing::PassTime},
+    lightmap::{
+        readback::{read_copy, read_depths},
+        timing::PassTime,
+    },
     mesh_buffers::MeshBuffers,
+    projection::NEAR,
     view_projection,
 };
 
@@ -34,6 +38,8 @@ pub struct ScreenRenderer {
     queue: wgpu::Queue,
     geometry: Arc<ViewGeometry>,
     mesh: Arc<MeshBuffers>,
+    /// The scene's lowest and highest corner, and its largest extent.
+    ends: [Vec3; 2],
     scene_size: f32,
     g_buffer: GBuffer,
     lamps: LampPass,
@@ -76,6 +82,7 @@ impl ScreenRenderer {
             queue: queue.clone(),
             geometry: Arc::clone(geometry),
             mesh,
+            ends,
             scene_size: (ends[1] - ends[0]).max_element().max(1e-6),
             g_buffer: GBuffer::new(device, scene.materials.len()),
             pace: Pace::new(lamps.triangle_count()),
@@ -112,7 +119,7 @@ impl ScreenRenderer {
         (self.submissions, self.longest)
     }
 
-    /// What each pass took so far, from its submission to its end: the clocks of software drivers know nothing of compute
+    /// What each pass took so far, in the order of [`Pass`], from its submission to its end: the clocks of software drivers know nothing of compute
     /// passes.
     pub fn pass_times(&self) -> Vec<PassTime> {
         let named = |(pass, (runs, taken)): (&'static str, (u64, Duration))| PassTime {
@@ -186,12 +193,9 @@ impl ScreenRenderer {
         self.prepare_picture(size)?;
         let has_last = self.prepare_g_buffer(view, size);
         self.screen = ScreenUniforms::new(&view.camera, size, &self.drawn, self.still, self.scene_size);
-        let show = ShowUniforms {
-            buffer: self.shown.0 as u32,
-            layer: self.shown.1.min(self.drawn.layers() - 1),
-            farthest: 2.0 * self.scene_size,
-            spare: 0.0,
-        };
+        let [nearest, farthest] = depths_of_box(self.ends, &view.camera);
+        let layer = self.shown.1.min(self.drawn.layers() - 1);
+        let show = ShowUniforms { buffer: self.shown.0 as u32, layer, nearest, farthest };
         self.queue.write_buffer(&self.uniforms.show, 0, bytemuck::bytes_of(&show));
         self.uniforms.set_spirals(&self.queue, &self.drawn);
         self.known = Some((view.clone(), settings.clone()));
@@ -359,13 +363,16 @@ impl ScreenRenderer {
         let targets = &picture.targets;
         let pixels = targets.pixels() as usize;
         let read = |buffer| read_copy::<Vec4>(&self.device, &self.queue, buffer);
-        let (geometry, direct, indirect) = (read(&targets.geometry)?, read(&targets.direct)?, read(&targets.indirect)?);
-        let obscurance = read(&targets.obscurance)?;
-        let depths: Vec<f32> = geometry.iter().map(|surface| surface.w).collect();
+        let (direct, indirect, obscurance) =
+            (read(&targets.direct)?, read(&targets.indirect)?, read(&targets.obscurance)?);
+        let stored = read_depths(&self.device, &self.queue, &targets.depths.texture, targets.layers)?;
+        // Reversed: nothing is at 0.
+        let depths: Vec<f32> =
+            stored.into_iter().map(|stored| if stored > 0.0 { NEAR / stored } else { 0.0 }).collect();
         Ok(ScreenFields {
             size: targets.size,
             depth: depths[..pixels].to_vec(),
-            second_depth: depths[pixels..pixels * targets.layers as usize].to_vec(),
+            second_depth: depths[pixels..].to_vec(),
             direct: direct[..pixels].iter().map(|value| value.truncate()).collect(),
             total: (0..pixels).map(|index| (direct[index] + indirect[index]).truncate()).collect(),
             obscurance: obscurance.iter().map(|value| value.x).collect(),

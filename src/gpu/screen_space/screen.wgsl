@@ -1,6 +1,6 @@
 // What all passes over the picture's pixels share: the camera, the settings, and where a pixel lies. View space: x to the
 // right, y up, z the depth along the camera's axis. A buffer of all layers holds the first layer's pixels row by row, then
-// the second's, then those of the coarse picture around.
+// the second's, then those of the coarse picture around; a texture of all layers has an image for each of these.
 
 // The same fields as ScreenUniforms in uniforms.rs.
 struct Screen {
@@ -36,8 +36,8 @@ struct Screen {
     obscurance_slope: f32,
     // How much of the light from where taps meet nothing is filled in by the mean of what they meet.
     unseen: f32,
-    // 1 for the source's weights.
-    source_weights: u32,
+    // 1: what the first bounce's taps count for is kept for the others.
+    keeps: u32,
     // The pixels of this submission, of all layers (or those on the grid): first, and after the last.
     first: u32,
     end: u32,
@@ -52,6 +52,9 @@ struct Screen {
     surround_size: vec2u,
     surround: f32,
     spare: f32,
+    // Columns and rows of the grid.
+    grid: vec2u,
+    spare_too: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> screen: Screen;
@@ -60,10 +63,25 @@ fn pixel_count() -> u32 {
     return screen.size.x * screen.size.y;
 }
 
-// The pixel of an entry in a buffer of all layers.
-fn pixel_of(index: u32) -> vec2u {
-    let place = index % pixel_count();
-    return vec2u(place % screen.size.x, place / screen.size.x);
+// Quotient and rest. Software drivers divide whole numbers one at a time.
+fn divided(number: u32, by: u32) -> vec2u {
+    var quotient = u32(f32(number) / f32(by));
+    var rest = i32(number - quotient * by);
+    // Rounding may have missed by one.
+    if rest < 0 {
+        quotient -= 1u;
+        rest += i32(by);
+    }
+    if rest >= i32(by) {
+        quotient += 1u;
+        rest -= i32(by);
+    }
+    return vec2u(quotient, u32(rest));
+}
+
+// The place in rows of so many columns.
+fn place_in_rows(number: u32, columns: u32) -> vec2u {
+    return divided(number, columns).yx;
 }
 
 // Entries of the layers; those of the picture around follow.
@@ -75,41 +93,48 @@ fn pixel_count_around() -> u32 {
     return screen.surround_size.x * screen.surround_size.y;
 }
 
-// The pixel, in the picture around, of an entry behind those of the layers.
-fn pixel_around(index: u32) -> vec2u {
-    let place = (index - layer_entries()) % max(pixel_count_around(), 1u);
-    return vec2u(place % screen.surround_size.x, place / screen.surround_size.x);
+// The first image of the picture around, in a texture of all layers.
+const AROUND = 2u;
+
+// An entry of buffers of all layers, and where it lies in textures of all layers: its pixel, and its image.
+struct Entry {
+    index: u32,
+    image: u32,
+    pixel: vec2u,
+}
+
+fn entry_of(index: u32) -> Entry {
+    let is_around = index >= layer_entries();
+    let of_kind = select(index, index - layer_entries(), is_around);
+    let pixels = select(pixel_count(), max(pixel_count_around(), 1u), is_around);
+    let columns = select(screen.size.x, max(screen.surround_size.x, 1u), is_around);
+    // There are no more than two layers.
+    let is_second = of_kind >= pixels;
+    let image = select(0u, AROUND, is_around) + u32(is_second);
+    return Entry(index, image, place_in_rows(of_kind - select(0u, pixels, is_second), columns));
 }
 
 // Where an entry lies, in the picture's pixels; those of the picture around mostly lie outside.
-fn place_of(index: u32) -> vec2f {
-    if index < layer_entries() {
-        return vec2f(pixel_of(index));
+fn place_of(entry: Entry) -> vec2f {
+    if entry.image < AROUND {
+        return vec2f(entry.pixel);
     }
-    let ray = screen.surround_origin + vec2f(pixel_around(index)) * screen.surround_step;
+    let ray = screen.surround_origin + vec2f(entry.pixel) * screen.surround_step;
     return (ray - screen.ray_origin) / screen.ray_step;
 }
 
-fn grid_size() -> vec2u {
-    return (screen.size + screen.every - 1u) / screen.every;
-}
-
-// The entry, in a buffer of all layers, of what bounces are gathered at, by its number: the first layer's pixels on the grid,
-// all of the picture around, layer by layer, then the second layer's on the grid.
-fn entry_on_grid(in_order: u32) -> u32 {
-    let grid = grid_size();
+// The entry of what bounces are gathered at, by its number: the first layer's pixels on the grid, all of the picture around,
+// layer by layer, then the second layer's on the grid.
+fn entry_on_grid(in_order: u32) -> Entry {
+    let on_grid = screen.grid.x * screen.grid.y;
     let around = screen.layers * pixel_count_around();
-    var number = in_order;
-    if number >= grid.x * grid.y {
-        number -= grid.x * grid.y;
-        if number < around {
-            return layer_entries() + number;
-        }
-        number += grid.x * grid.y - around;
+    if in_order >= on_grid && in_order < on_grid + around {
+        return entry_of(layer_entries() + in_order - on_grid);
     }
-    let place = number % (grid.x * grid.y);
-    let pixel = screen.every * vec2u(place % grid.x, place / grid.x);
-    return number / (grid.x * grid.y) * pixel_count() + pixel.y * screen.size.x + pixel.x;
+    let layer = u32(in_order >= on_grid);
+    let number = in_order - layer * (on_grid + around);
+    let pixel = screen.every * place_in_rows(number, screen.grid.x);
+    return Entry(layer * pixel_count() + pixel.y * screen.size.x + pixel.x, layer, pixel);
 }
 
 // The pixel on the grid that lies nearest, towards the first one.
@@ -123,8 +148,18 @@ fn view_ray(pixel: vec2f) -> vec3f {
     return vec3f(screen.ray_origin + pixel * screen.ray_step, 1.0);
 }
 
+// The point that a place of the picture shows, in view space, rebuilt from what the depth texture stores there.
+fn position_at(place: vec2f, stored: f32) -> vec3f {
+    return screen.near / stored * view_ray(place);
+}
+
+// From view space to local units.
+fn in_space(view: vec3f) -> vec3f {
+    return view.x * screen.right + view.y * screen.up + view.z * screen.forward;
+}
+
 // A mean over the frames since anything moved.
-fn mean_with(before: vec4f, now: vec4f) -> vec4f {
+fn mean_with(before: vec3f, now: vec3f) -> vec3f {
     if screen.still == 0u {
         return now;
     }
@@ -132,8 +167,9 @@ fn mean_with(before: vec4f, now: vec4f) -> vec4f {
 }
 
 // Two numbers in [0, 1) for a pixel. Of sixteen that lie in a square, each has the first one in a sixteenth of its own, in the
-// order of Bayer's matrix, so that the filter finds all directions near, and no stripes; both go on over frames (Roberts'
-// sequence of two dimensions).
+// order of Bayer's matrix, so that the filter finds all directions near, and no stripes. Over frames it goes on by van der
+// Corput's sequence, so that each pixel has all sixteenths after sixteen of them, and no pattern of the square is left; the
+// second one by an additive sequence (Roberts).
 fn jitter(entry: vec2f) -> vec2f {
     let pixel = vec2u(floor(entry / f32(screen.every)));
     let mixed = pixel.x ^ pixel.y;
@@ -142,9 +178,9 @@ fn jitter(entry: vec2f) -> vec2f {
     hash = (hash ^ (hash >> 15u)) * 0x2c1b3c6du;
     hash = (hash ^ (hash >> 12u)) * 0x297a2d39u;
     hash = hash ^ (hash >> 15u);
-    let angle = (f32(order) + f32(hash & 0xffffu) / 65536.0) / 16.0;
-    let radius = f32(hash >> 16u) / 65536.0;
-    return fract(vec2f(angle, radius) + f32(screen.still % 4096u) * vec2f(0.75487767, 0.56984029));
+    let bits = ((order << 28u) | ((hash & 0xffffu) << 12u)) ^ reverseBits(screen.still);
+    let radius = f32(hash >> 16u) / 65536.0 + f32(screen.still % 4096u) * 0.56984029;
+    return vec2f(f32(bits >> 8u) / 16777216.0, fract(radius));
 }
 
 // What taps read of a surface, in one word: its normal by an octahedron in the lower half, its depth in the upper half; 0
@@ -181,7 +217,7 @@ fn unpack_direction(surface: u32) -> vec3f {
 // Light in one word: three mantissas and an exponent that they share (Ward 1991).
 fn pack_light(light: vec3f) -> u32 {
     let largest = max(max(light.x, light.y), max(light.z, 1e-30));
-    let exponent = u32(clamp(floor(log2(largest)) + 128.0, 1.0, 254.0));
+    let exponent = min((bitcast<u32>(largest) >> 23u) + 1u, 254u);
     return (exponent << 24u) | (pack4x8unorm(vec4f(light / bitcast<f32>(exponent << 23u), 0.0)) & 0xffffffu);
 }
 

@@ -23,7 +23,7 @@ pub enum ShownBuffer {
     Normals,
     /// Reflectance.
     Reflectance,
-    /// Depth: white is near.
+    /// Depth: white is as near as the scene's box, and black as far.
     Depth,
     /// Ambient obscurance: white is open.
     Obscurance,
@@ -33,6 +33,11 @@ impl ShownBuffer {
     /// All of them.
     pub const ALL: [Self; 7] =
         [Self::Total, Self::Direct, Self::Indirect, Self::Normals, Self::Reflectance, Self::Depth, Self::Obscurance];
+
+    /// Its name.
+    pub fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |value| String::from(value.get_name()))
+    }
 
     /// True if it is irradiance, to be shown as light; others hold colours.
     pub fn is_light(self) -> bool {
@@ -68,8 +73,8 @@ pub struct ShowUniforms {
     pub buffer: u32,
     /// Its layer: 0 or 1.
     pub layer: u32,
-    /// The depth that is shown as black.
+    /// The depth that is shown as white.
+    pub nearest: f32,
+    /// The depth that is shown as black, or almost.
     pub farthest: f32,
-    /// Not used.
-    pub spare: f32,
 }

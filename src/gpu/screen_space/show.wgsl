@@ -14,19 +14,20 @@ struct Show {
     buffer: u32,
     // Its layer: 0 or 1.
     layer: u32,
-    // The depth that is shown as black.
+    // The depths that are shown as white, and as black, or almost.
+    nearest: f32,
     farthest: f32,
-    spare: f32,
 }
 
 @group(0) @binding(1) var<uniform> show: Show;
-@group(0) @binding(2) var<storage, read> geometry: array<vec4f>;
-@group(0) @binding(3) var<storage, read> reflectance: array<vec4f>;
-@group(0) @binding(4) var<storage, read> direct: array<vec4f>;
-@group(0) @binding(5) var<storage, read> indirect: array<vec4f>;
+@group(0) @binding(2) var normals: texture_2d_array<f32>;
+@group(0) @binding(3) var reflectances: texture_2d_array<f32>;
+@group(0) @binding(4) var depths: texture_2d_array<f32>;
+@group(0) @binding(5) var<storage, read> direct: array<vec3f>;
+@group(0) @binding(6) var<storage, read> indirect: array<vec3f>;
 // Of the first layer.
-@group(0) @binding(6) var<storage, read> obscurance: array<vec4f>;
-@group(0) @binding(7) var<storage, read_write> pages: Pages;
+@group(0) @binding(7) var<storage, read> obscurance: array<vec3f>;
+@group(0) @binding(8) var<storage, read_write> pages: Pages;
 
 fn coded(linear: vec3f) -> vec3f {
     let clipped = clamp(linear, vec3f(0.0), vec3f(1.0));
@@ -45,22 +46,34 @@ fn write_page(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let index = place + show.layer * pixel_count();
-    let surface = geometry[index];
+    let pixel = place_in_rows(place, screen.size.x);
     // Only the first layer's bounces are filtered, which fills in what lies off the grid.
-    let pixel = vec2f(pixel_of(place));
-    let nearest = on_grid(pixel);
-    let step = u32(pixel.y - nearest.y) * screen.size.x + u32(pixel.x - nearest.x);
+    let nearest = vec2u(on_grid(vec2f(pixel)));
+    let step = (pixel.y - nearest.y) * screen.size.x + pixel.x - nearest.x;
     let gathered = index - select(0u, step, show.layer > 0u);
     var value = vec3f(0.0);
     switch show.buffer {
-        case 0u: { value = direct[index].xyz + indirect[gathered].xyz; }
-        case 1u: { value = direct[index].xyz; }
-        case 2u: { value = indirect[gathered].xyz; }
-        // Normals as in the views: (n + 1) / 2.
-        case 3u: { value = select(vec3f(0.0), 0.5 * vec3f(surface.xy, -surface.z) + 0.5, surface.w > 0.0); }
-        case 4u: { value = coded(reflectance[index].xyz); }
-        case 5u: { value = vec3f(select(0.0, clamp(1.0 - surface.w / show.farthest, 0.05, 1.0), surface.w > 0.0)); }
-        default: { value = obscurance[place].xyz; }
+        case 0u: { value = direct[index] + indirect[gathered]; }
+        case 1u: { value = direct[index]; }
+        case 2u: { value = indirect[gathered]; }
+        case 3u: { value = surface(pixel); }
+        case 4u: { value = coded(textureLoad(reflectances, pixel, show.layer, 0).xyz); }
+        case 5u: { value = depth(pixel); }
+        default: { value = obscurance[place]; }
     }
     pages.texels[place] = vec4f(value, 1.0);
+}
+
+// Normals as in the views: (n + 1) / 2.
+fn surface(pixel: vec2u) -> vec3f {
+    let normal = normalize(textureLoad(normals, pixel, show.layer, 0).xyz);
+    return select(vec3f(0.0), 0.5 * vec3f(normal.xy, -normal.z) + 0.5, depth(pixel) > vec3f(0.0));
+}
+
+// White is near, black is nothing.
+fn depth(pixel: vec2u) -> vec3f {
+    let stored = textureLoad(depths, pixel, show.layer, 0).x;
+    let part = (screen.near / max(stored, 1e-30) - show.nearest) / (show.farthest - show.nearest);
+    let shade = clamp(1.0 - part, 0.05, 1.0);
+    return vec3f(select(0.0, shade, stored > 0.0));
 }

@@ -3,7 +3,7 @@
 // the half disc between the ends of its piece of surface; a sector takes the light of the tap that covers it first. So what
 // hides what is known. After Therrien, Levesque and Gilet 2023, "Screen space indirect lighting with visibility bitmask"; here
 // sectors are of equal weight (eq. 2), and a tap's piece of surface reaches to the next tap's, along its own plane. Comes
-// after gather.wgsl.
+// after gather.wgsl and line.wgsl, and before kept.wgsl.
 
 const SECTORS = 32.0;
 
@@ -43,14 +43,13 @@ fn place_on(slice: Slice, direction: vec2f, end: f32) -> f32 {
 }
 
 // Irradiance of a pixel's surface by the light of its taps, and by a guess for the rest.
-fn from_slices(pixel: vec2f, here: vec4f, noise: vec2f, openness: f32) -> vec3f {
-    let ray = view_ray(pixel);
+fn from_slices(pixel: vec2f, here: vec4f, noise: vec2f, openness: f32, entry_number: u32) -> vec3f {
+    let line = line_of(pixel, noise);
+    let ray = line.ray;
+    let tangent = line.tangent;
     let ray_length = length(ray);
     let eye_distance = here.w * ray_length;
     let to_eye = -ray / ray_length;
-    // Turned about the direction to the eye, evenly.
-    let aside = normalize(cross(to_eye, vec3f(0.0, 1.0, 0.0)));
-    let tangent = cos(PI * noise.x) * aside + sin(PI * noise.x) * cross(to_eye, aside);
     let normal_within = vec2f(dot(here.xyz, tangent), dot(here.xyz, to_eye));
     let normal_length = max(length(normal_within), 1e-6);
     let normal = normal_within / normal_length;
@@ -60,57 +59,33 @@ fn from_slices(pixel: vec2f, here: vec4f, noise: vec2f, openness: f32) -> vec3f 
         weight_to(normal, angle_of(-normal.x), -normal.x, normal.y),
     );
     let slice = Slice(normal, ends.x, 1.0 / (ends.y - ends.x));
-    let along = normalize((tangent.xy - ray.xy * tangent.z) / screen.ray_step);
     // The view ray at a place s pixels along the line is the pixel's own, changed by s times this.
-    let change = along * screen.ray_step;
+    let change = line.along * screen.ray_step;
     let rates = vec2f(dot(change, tangent.xy), dot(change, to_eye.xy));
     let rounding = fract(noise.x * 7.0 + noise.y);
-    let pixels = pixel_count();
-    let size = vec2f(screen.size);
     var covered = 0u;
     var light = vec3f(0.0);
     var known = 0u;
     var mean_light = vec4f(0.0);
     // The sectors nearest to the eye that taps of either side cover.
     var rims = vec2u(u32(SECTORS), 0u);
-    for (var side = 0u; side < 2u; side++) {
-        let steps = (screen.taps + 1u - side) / 2u;
-        let sign = select(1.0, -1.0, side == 1u);
-        let end = select(1.0, 0.0, side == 1u);
-        let within = fract(noise.y + 0.5 * f32(side));
-        // Within the picture taps lie as they do without one around; from where the line leaves it they are farther apart.
-        let borders = select(vec2f(0.0), size, sign * along > vec2f(0.0));
-        let leaves_at = max((borders - pixel - 0.5) / (sign * along), vec2f(0.0));
-        let exit = sqrt(min(leaves_at.x, leaves_at.y) / screen.radius);
-        let growth = (screen.surround - 1.0) / max(1.0 - exit, 1e-3);
-        for (var tap = 0u; tap < steps; tap++) {
-            // More taps lie near, where a hemisphere is filled. Each stands for the line from the last one's part to the next.
-            let parts = vec3f(f32(tap), f32(tap) + within, f32(tap) + 1.0) / f32(steps);
-            let grown = 1.0 + max(parts - exit, vec3f(0.0)) * growth;
-            let reach = screen.radius * parts * parts * grown;
-            let places = sign * max(reach, vec3f(0.75, 1.0, 1.25));
-            let place = on_grid(pixel + 0.5 + places.y * along);
-            var there_ray = view_ray(place);
-            var to_second = pixels;
-            var other = u32(place.y) * screen.size.x + u32(place.x);
-            if any(place < vec2f(0.0)) || any(place >= size) {
-                let around = floor((there_ray.xy - screen.surround_origin) / screen.surround_step + 0.5);
-                if any(around < vec2f(0.0)) || any(around >= vec2f(screen.surround_size)) {
-                    break;
-                }
-                there_ray = vec3f(screen.surround_origin + around * screen.surround_step, 1.0);
-                to_second = pixel_count_around();
-                other = layer_entries() + u32(around.y) * screen.surround_size.x + u32(around.x);
+    var half = 0u;
+    loop {
+        let side = side_of(line, half);
+        let end = select(1.0, 0.0, half == 1u);
+        var number = 0u;
+        loop {
+            let tap = tap_of(line, side, number);
+            let places = tap.places;
+            let there_ray = tap.ray;
+            if !tap.is_there {
+                break;
             }
-            for (var layer = 0u; layer < screen.layers; layer++) {
-                let there = outgoing[other];
-                other += to_second;
-                let depth = unpack_depth(there.x);
-                if depth <= 0.0 {
-                    continue;
-                }
+            for (var layer = 0u; layer < LAYERS; layer++) {
+                let surface = surfaces[tap.entry + layer * tap.to_second];
+                let depth = unpack_depth(surface);
                 // The surface's plane, met by the rays of both ends.
-                let there_normal = unpack_direction(there.x);
+                let there_normal = unpack_direction(surface);
                 let height = depth * dot(there_normal, there_ray);
                 let own = dot(there_normal, ray);
                 let turn = dot(there_normal.xy, change);
@@ -122,23 +97,35 @@ fn from_slices(pixel: vec2f, here: vec4f, noise: vec2f, openness: f32) -> vec3f 
                 let lower = place_on(slice, first + to_eye_plane, end);
                 let upper = place_on(slice, last + to_eye_plane, end);
                 let low = u32(min(lower, upper) * SECTORS + rounding);
-                let count = u32(max(lower, upper) * SECTORS + rounding) - low;
+                let end_sector = u32(max(lower, upper) * SECTORS + rounding);
+                let count = select(0u, end_sector - low, depth > 0.0);
                 let sectors = select((1u << count) - 1u, 0xffffffffu, count >= 32u) << low;
-                let leaves = unpack_light(there.y);
                 // Of what turns its back, the light is not known.
-                if height < here.w * own {
-                    let fresh = countOneBits(sectors & ~covered);
-                    light += f32(fresh) * leaves;
-                    known += fresh;
-                }
+                let fresh = select(0u, countOneBits(sectors & ~covered), height < here.w * own);
                 covered |= sectors;
+                known += fresh;
+                var counts = 0u;
                 if count > 0u {
-                    rims = select(vec2u(rims.x, max(rims.y, low + count)), vec2u(min(rims.x, low), rims.y), side == 0u);
+                    let leaves = unpack_light(outgoing[tap.entry + layer * tap.to_second]);
+                    light += f32(fresh) * leaves;
+                    rims = select(vec2u(rims.x, max(rims.y, low + count)), vec2u(min(rims.x, low), rims.y), half == 0u);
                     // By the area that the tap stands for.
                     let area = places.y * (places.z - places.x) * depth * depth * depth / max(-height, 0.02 * depth);
                     mean_light += area * vec4f(leaves, 1.0);
+                    counts = pack_counts(fresh, area);
+                }
+                if screen.keeps == 1u {
+                    kept[kept_place(entry_number, side.first + number, layer)] = counts;
                 }
             }
+            continuing {
+                number++;
+                break if number >= side.steps;
+            }
+        }
+        continuing {
+            half++;
+            break if half >= sides();
         }
     }
     // All slices together weigh 1.
@@ -147,5 +134,9 @@ fn from_slices(pixel: vec2f, here: vec4f, noise: vec2f, openness: f32) -> vec3f 
     let open = weight * f32(max(rims.x, rims.y) - rims.y);
     let hidden = max(1.0 - open - weight * f32(known), 0.0);
     let guess = saturate(4.0 * screen.unseen) * hidden + screen.unseen * openness * open;
+    if screen.keeps == 1u {
+        kept[kept_place(entry_number, screen.taps, 0u)] = bitcast<u32>(weight);
+        kept[kept_place(entry_number, screen.taps, 1u)] = bitcast<u32>(guess);
+    }
     return weight * light + guess * mean_light.xyz / max(mean_light.w, 1e-30);
 }

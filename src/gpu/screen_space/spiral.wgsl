@@ -8,7 +8,6 @@ fn from_spiral(pixel: vec2f, here: vec4f) -> vec3f {
     let noise = jitter(pixel);
     let turn = vec2f(cos(2.0 * PI * noise.x), sin(2.0 * PI * noise.x));
     let size = vec2f(screen.size);
-    let pixels = pixel_count();
     var light = vec3f(0.0);
     var seen = 0.0;
     for (var tap = 0u; tap < screen.taps; tap++) {
@@ -18,16 +17,15 @@ fn from_spiral(pixel: vec2f, here: vec4f) -> vec3f {
         let place = on_grid(pixel + 0.5 + offset);
         if all(place >= vec2f(0.0)) && all(place < size) {
             var other = u32(place.y) * screen.size.x + u32(place.x);
-            for (var layer = 0u; layer < screen.layers; layer++) {
-                let there = outgoing[other];
-                let depth = unpack_depth(there.x);
+            for (var layer = 0u; layer < LAYERS; layer++) {
+                let depth = unpack_depth(surfaces[other]);
                 let to = depth * view_ray(place) - position;
                 let cosine = dot(here.xyz, to);
                 if depth > 0.0 && cosine > 0.0 {
-                    light += 2.0 * cosine * inverseSqrt(dot(to, to)) * unpack_light(there.y);
+                    light += 2.0 * cosine * inverseSqrt(dot(to, to)) * unpack_light(outgoing[other]);
                     seen += 1.0;
                 }
-                other += pixels;
+                other += pixel_count();
             }
         }
     }

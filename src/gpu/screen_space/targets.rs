@@ -1,6 +1,9 @@
 //! What a picture of one size keeps on the card.
 
-use super::settings::ScreenSettings;
+use super::{
+    gather::Way,
+    settings::{ScreenSettings, Weights},
+};
 use crate::gpu::mesh_view::LAYER_FORMATS;
 
 /// A texture of one image for each layer, then one for each of the picture around, which fills its corner.
@@ -25,11 +28,15 @@ pub(super) struct Targets {
     pub(super) depths: Layered,
     /// Depth of the last frame's first layer.
     pub(super) last_depth: wgpu::Texture,
-    pub(super) geometry: wgpu::Buffer,
-    pub(super) reflectance: wgpu::Buffer,
-    pub(super) direct: wgpu::Buffer,
-    /// What taps read, by direct light and by each bounce in turn: surface and radiosity, two words a pixel.
+    /// What taps read: normal and depth in a word.
+    pub(super) surfaces: wgpu::Buffer,
+    /// And radiosity in a word, by direct light and by each bounce in turn.
     pub(super) outgoing: [wgpu::Buffer; 2],
+    pub(super) direct: wgpu::Buffer,
+    /// What taps count for, by `kept.wgsl`, and how many words that takes.
+    pub(super) kept: wgpu::Buffer,
+    kept_words: u64,
+    pub(super) weights: Weights,
     /// Mean irradiance of each bounce.
     pub(super) gathered: Vec<wgpu::Buffer>,
     pub(super) indirect: wgpu::Buffer,
@@ -53,6 +60,7 @@ impl Targets {
     pub(super) fn is_for(&self, size: [u32; 2], settings: &ScreenSettings) -> bool {
         let is_same = self.layers == settings.layers() && self.has_tail != settings.no_tail;
         let is_same = is_same && self.surround == settings.surround_size(size);
+        let is_same = is_same && self.kept_words == kept_words(settings, size) && self.weights == settings.weights;
         self.size == size && is_same && self.gathered.len() == bounces(settings)
     }
 
@@ -78,7 +86,8 @@ impl Targets {
                 view_formats: &[],
             })
         };
-        let layered = |label, format, usage| layered(texture(label, format, Use::RENDER_ATTACHMENT | usage, 4));
+        let layered = |label, format, usage| layered(texture(label, format, usage, 4));
+        let drawn = Use::RENDER_ATTACHMENT;
         let depth_format = wgpu::TextureFormat::Depth32Float;
         let pixels = u64::from(width) * u64::from(height);
         let buffer = |label, bytes| {
@@ -90,27 +99,30 @@ impl Targets {
             })
         };
         let surround = settings.surround_size([width, height]);
+        let kept = kept_words(settings, [width, height]);
         let entries = (pixels + u64::from(surround[0] * surround[1])) * u64::from(layers);
         let of_layers = |label| buffer(label, PIXEL_BYTES * entries);
-        let words = |label, entries: u64| buffer(label, 8 * entries);
+        let words = |label, entries: u64| buffer(label, 4 * entries);
         let page = || buffer("screen page", PAGE_HEADER + PIXEL_BYTES * pixels);
         Self {
             size: [width, height],
             layers,
             surround,
             has_tail: !settings.no_tail,
-            normals: layered("normals", LAYER_FORMATS[0], Use::empty()),
-            reflectances: layered("reflectances", LAYER_FORMATS[1], Use::empty()),
-            depths: layered("depths", depth_format, Use::COPY_SRC),
+            normals: layered("normals", LAYER_FORMATS[0], drawn),
+            reflectances: layered("reflectances", LAYER_FORMATS[1], drawn),
+            depths: layered("depths", depth_format, drawn | Use::COPY_SRC),
             last_depth: texture("last depth", depth_format, Use::COPY_DST, 1),
-            geometry: of_layers("geometry"),
-            reflectance: of_layers("reflectance"),
+            surfaces: words("surfaces", entries),
+            outgoing: ["outgoing", "outgoing next"].map(|label| words(label, entries)),
+            kept: words("kept", kept.max(1)),
+            kept_words: kept,
+            weights: settings.weights,
             direct: of_layers("direct"),
-            outgoing: [words("outgoing", entries), words("outgoing next", entries)],
             gathered: (0..bounces(settings)).map(|_| of_layers("gathered")).collect(),
             indirect: of_layers("indirect"),
             half_filtered: words("half filtered", pixels),
-            obscured: buffer("obscured", 4 * pixels),
+            obscured: words("obscured", pixels),
             obscured_words: words("obscured words", pixels),
             obscurance: buffer("obscurance", PIXEL_BYTES * pixels),
             pages: [page(), page()],
@@ -134,11 +146,34 @@ impl Targets {
         }
     }
 
+    /// How a bounce's taps are weighed.
+    pub(super) fn way(&self, bounce: usize) -> Way {
+        match self.weights {
+            Weights::Source => Way::Spiral,
+            Weights::Integral if bounce > 0 && self.kept_words > 0 => Way::Kept,
+            Weights::Integral => Way::Slices,
+        }
+    }
+
     /// Keeps the depth of the first layer for the next frame.
     pub(super) fn keep_depth(&self, encoder: &mut wgpu::CommandEncoder) {
         let size = self.last_depth.size();
         encoder.copy_texture_to_texture(self.depths.texture.as_image_copy(), self.last_depth.as_image_copy(), size);
     }
+}
+
+/// More than this is not kept: each bounce finds anew what its taps count for.
+const MOST_KEPT_BYTES: u64 = 128 << 20;
+
+/// Words of what the first bounce keeps of its taps: a word for each of them and two for each pixel that is gathered at; none
+/// where no bounce follows, or they are too many.
+pub(super) fn kept_words(settings: &ScreenSettings, size: [u32; 2]) -> u64 {
+    let pixels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+    let layers = u64::from(settings.layers());
+    let entries = layers * (pixels(settings.grid(size)) + pixels(settings.surround_size(size)));
+    let words = entries * (layers * u64::from(settings.taps) + 2);
+    let is_kept = settings.bounces > 1 && settings.weights == Weights::Integral && 4 * words <= MOST_KEPT_BYTES;
+    if is_kept { words } else { 0 }
 }
 
 fn bounces(settings: &ScreenSettings) -> usize {

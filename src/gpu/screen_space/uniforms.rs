@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::settings::{ScreenSettings, Weights};
+use super::{settings::ScreenSettings, targets::kept_words};
 use crate::{gpu::projection::NEAR, scene::Camera};
 
 /// What all shaders of this folder but `g_buffer.wgsl` begin with.
@@ -55,8 +55,8 @@ pub struct ScreenUniforms {
     pub obscurance_slope: f32,
     /// See [`ScreenSettings::unseen`].
     pub unseen: f32,
-    /// 1 for [`Weights::Source`].
-    pub source_weights: u32,
+    /// 1: what the first bounce's taps count for is kept for the others.
+    pub keeps: u32,
     /// First pixel of this submission, of all layers, or of those on the grid.
     pub first: u32,
     /// Pixel after the last one.
@@ -75,6 +75,10 @@ pub struct ScreenUniforms {
     pub surround: f32,
     /// Not used.
     pub spare: f32,
+    /// Columns and rows of the grid.
+    pub grid: [u32; 2],
+    /// Not used.
+    pub spare_too: [u32; 2],
 }
 
 impl ScreenUniforms {
@@ -107,13 +111,14 @@ impl ScreenUniforms {
             obscurance_strength: settings.obscurance_strength,
             obscurance_slope: OBSCURANCE_SLOPE,
             unseen: settings.unseen,
-            source_weights: u32::from(settings.weights == Weights::Source),
+            keeps: u32::from(kept_words(settings, size) > 0),
             every: settings.every,
             thickness: settings.thickness * scene_size,
             surround_origin,
             surround_step,
             surround_size,
             surround,
+            grid: settings.grid(size),
             ..Self::default()
         }
     }

@@ -57,3 +57,11 @@ impl ScreenFields {
         Some(camera.position + depth * (ray.x * camera.right + ray.y * camera.up + camera.forward))
     }
 }
+
+/// The least and the largest depth of a box's corners, not behind the camera.
+pub(super) fn depths_of_box([low, high]: [Vec3; 2], camera: &Camera) -> [f32; 2] {
+    let middle = (0.5 * (low + high) - camera.position).dot(camera.forward);
+    let half = (0.5 * (high - low)).dot(camera.forward.abs());
+    let nearest = (middle - half).max(0.0);
+    [nearest, (middle + half).max(nearest + 1e-3 * half.max(1e-6))]
+}

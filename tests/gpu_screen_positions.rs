@@ -1,0 +1,96 @@
+//! Points rebuilt from depth by the shaders' own function, against rays.
+#![cfg(all(feature = "gpu", feature = "reference"))]
+#![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
+
+mod screen_stage;
+
+use std::sync::Arc;
+
+use glam::{Vec3, Vec4};
+use radiosity::{
+    gpu::{
+        device,
+        screen_space::uniforms::{SCREEN_WGSL, ScreenUniforms},
+    },
+    render::visible_points,
+    trace::Tracer,
+};
+use screen_stage::{ScreenStage, plain};
+use wgpu::util::DeviceExt as _;
+
+const REBUILD: &str = "
+@group(0) @binding(1) var<storage, read_write> rebuilt: array<vec4f>;
+@compute @workgroup_size(64)
+fn rebuild(@builtin(global_invocation_id) id: vec3u) {
+    if id.x < screen.end {
+        let place = vec2f(place_in_rows(id.x, screen.size.x));
+        rebuilt[id.x] = vec4f(screen.eye + in_space(position_at(place, rebuilt[id.x].x)), 0.0);
+    }
+}";
+
+/// The points of a picture whose depth texture stores these values.
+fn rebuilt(uniforms: &ScreenUniforms, stored: &[f32]) -> Vec<Vec3> {
+    let (device, queue) = device::headless().unwrap();
+    let values: Vec<Vec4> = stored.iter().map(|value| Vec4::splat(*value)).collect();
+    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+    let buffer = |contents: &[u8], usage| {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
+    };
+    let [uniforms, points] = [
+        buffer(bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM),
+        buffer(bytemuck::cast_slice(&values), usage),
+    ];
+    let read = buffer(&vec![0; points.size() as usize], wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: None,
+        source: wgpu::ShaderSource::Wgsl(format!("{SCREEN_WGSL}{REBUILD}").into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: None,
+        layout: None,
+        module: &module,
+        entry_point: Some("rebuild"),
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let entries = [(0, &uniforms), (1, &points)]
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
+    let layout = &pipeline.get_bind_group_layout(0);
+    let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+        pass.set_pipeline(&pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups((stored.len() as u32).div_ceil(64), 1, 1);
+    }
+    encoder.copy_buffer_to_buffer(&points, 0, &read, 0, points.size());
+    queue.submit([encoder.finish()]);
+    read.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let mapped = read.slice(..).get_mapped_range().unwrap();
+    bytemuck::pod_collect_to_vec::<u8, Vec4>(&mapped).into_iter().map(Vec4::truncate).collect()
+}
+
+#[test]
+fn shaders_rebuild_the_points_that_rays_meet_to_a_ten_thousandth_of_their_depth() {
+    let size = [160, 120];
+    let Some(mut stage) = ScreenStage::cornell(size) else { return };
+    let depths = stage.drawn(&plain()).depth;
+    let camera = stage.view.camera;
+    let uniforms = ScreenUniforms { end: depths.len() as u32, ..ScreenUniforms::new(&camera, size, &plain(), 0, 1.0) };
+    let stored: Vec<f32> = depths.iter().map(|depth| uniforms.near / depth).collect();
+    let tracer = Tracer::new(Arc::clone(&stage.scene));
+    let hits = visible_points(&tracer, &camera, size);
+    let mut elsewhere = 0;
+    for (point, hit) in rebuilt(&uniforms, &stored).iter().zip(&hits) {
+        let Some(hit) = hit else { continue };
+        let met = stage.scene.mesh.position(hit.triangle, hit.barycentric);
+        let depth = (met - camera.position).dot(camera.forward);
+        // Of nothing, the depth is 0, and the point no number: not there either.
+        let is_there = point.distance(met) <= 1e-4 * depth;
+        elsewhere += u32::from(!is_there);
+    }
+    // A pixel whose middle lies on an edge may show either side.
+    assert!(elsewhere <= 6, "{elsewhere} of {} pixels show another point", hits.len());
+}
