@@ -7,6 +7,7 @@ use std::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering::Relaxed},
     },
+    thread::JoinHandle,
     time::Duration,
 };
 
@@ -102,8 +103,10 @@ struct Shared {
     failure: Mutex<Option<String>>,
 }
 
-/// The thread. Dropping it ends it.
+/// The thread. Dropping it ends it, after the submission that it waits for: a program that ended before its thread had let
+/// go of the device would crash in the driver.
 pub struct ScreenJob {
+    thread: Option<JoinHandle<()>>,
     shared: Arc<Shared>,
     geometry: Arc<ViewGeometry>,
 }
@@ -116,13 +119,13 @@ impl ScreenJob {
     pub fn start(input: ScreenInput, wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let (of_thread, geometry) = (Arc::clone(&shared), Arc::clone(&input.geometry));
-        std::thread::Builder::new().name(String::from("screen space")).spawn(move || {
+        let thread = std::thread::Builder::new().name(String::from("screen space")).spawn(move || {
             if let Err(problem) = run(&input, &of_thread, &wake) {
                 *locked(&of_thread.failure) = Some(problem);
                 wake();
             }
         })?;
-        Ok(Self { shared, geometry })
+        Ok(Self { thread: Some(thread), shared, geometry })
     }
 
     /// True if it draws this geometry.
@@ -149,6 +152,10 @@ impl ScreenJob {
 impl Drop for ScreenJob {
     fn drop(&mut self) {
         self.shared.ended.store(true, Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // What it panicked of was printed.
+            let _ = thread.join();
+        }
     }
 }
 
