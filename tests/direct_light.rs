@@ -11,7 +11,7 @@ use glam::{DVec3, Vec2, Vec3};
 use radiosity::{
     check::{closed_form::polygon_irradiance, surface_points::area_uniform_points},
     math::sequence::Sampler,
-    scene::{AreaLight, LoadOptions, Scene, load::load_from_memory},
+    scene::{AreaLight, LoadOptions, Scene, area_light::AreaLightState, load::load_from_memory},
     solver::{PointIrradiance, Reconstruction, Reconstructor, SolveSettings},
     trace::{SurfacePoint, Tracer, locate_point},
     transport::{
@@ -124,23 +124,15 @@ fn a_point_under_a_block_is_dark_and_one_beside_it_is_not() {
     }
 }
 
+fn floor_light() -> AreaLightState {
+    AreaLightState { centre: [0.0, 1.0, 0.0], u: [3.0, 0.0, 0.0], v: [0.0, 0.0, 3.0], radiance: [2.0; 3] }
+}
+
 /// A floor of 2 x 2 m under a light of 6 x 6 m at 1 m, and what else there is.
 fn floor_and_light(more: &str) -> (Arc<Scene>, AreaLight) {
     let obj = format!("v -1 0 -1\nv -1 0 1\nv 1 0 1\nv 1 0 -1\nf 1 2 3 4\n{more}");
     let scene = Arc::new(load_from_memory("floor", &obj, "", &LoadOptions::default()).unwrap());
-    let light = AreaLight {
-        centre: DVec3::Y.as_vec3(),
-        half_extent_u: 3.0 * Vec3::X,
-        half_extent_v: 3.0 * Vec3::Z,
-        radiance: Vec3::splat(2.0),
-    };
-    let frame = &scene.frame;
-    let light = AreaLight {
-        centre: frame.point_to_local(light.centre.as_dvec3()),
-        half_extent_u: frame.vector_to_local(light.half_extent_u.as_dvec3()),
-        half_extent_v: frame.vector_to_local(light.half_extent_v.as_dvec3()),
-        ..light
-    };
+    let light = floor_light().to_local(&scene.frame);
     (scene, light)
 }
 
@@ -168,7 +160,32 @@ fn where_all_samples_see_the_light_its_closed_form_is_taken_and_the_rest_is_not_
     let expected = polygon_irradiance(point.origin, point.shading_normal, &light.corners(), light.radiance);
     let (found, rays) = direct_at(&scene, Some(light), DirectMethod::Analytic, &point);
     assert!(found.abs_diff_eq(expected, 1e-5 * expected.x), "{found}, not {expected}");
-    assert!(rays.traced <= 16 && rays.fully_seen > 16_000, "{rays:?}");
+    assert!(rays.traced <= 4_096 && rays.fully_seen > 12_000, "{rays:?}");
+}
+
+/// Expected: what 16,384 samples say, to the error of 256 random ones, four times as many as a vertex gets; its square
+/// scatters by a sixth over 64 points. Small triangles hide 8 % of the light, which the few samples of a vertex may miss altogether.
+#[test]
+fn a_point_that_is_shown_gets_samples_enough_to_see_what_hides_little_of_the_light() {
+    let (scene, _) = floor_and_light(&level_triangles(60, 0.016));
+    let state = AreaLightState { u: [0.5, 0.0, 0.0], v: [0.0, 0.0, 0.5], ..floor_light() };
+    let light = state.to_local(&scene.frame);
+    let settings = SolveSettings { rays: 64, bounces: Some(0), subdivide: 1, ..SolveSettings::even() };
+    let problem = problem(&scene, Some(state), settings);
+    let (solution, _) = solve_unwatched(&problem);
+    let tracer = Tracer::new(Arc::clone(&scene));
+    let field = Reconstructor::new(&scene, &tracer, &problem.tessellation, &solution, Reconstruction::PointDirect);
+    let points = area_uniform_points(&scene, 400, 7).into_iter().filter(|(triangle, _)| *triangle < 2).take(64);
+    let (mut squared, mut of_random) = (0.0, 0.0);
+    for (triangle, place) in points {
+        let point = SurfacePoint::new(&scene, triangle, place);
+        let whole = polygon_irradiance(point.origin, point.shading_normal, &light.corners(), light.radiance).x;
+        let expected = direct_at(&scene, Some(light), DirectMethod::Sampled, &point).0.x;
+        let found = field.irradiance(triangle, place, &mut Scratch::default()).direct.x;
+        squared += (found - expected).powi(2);
+        of_random += expected * (whole - expected) / 256.0;
+    }
+    assert!(of_random > 0.0 && squared < 1.5 * of_random, "{squared} {of_random}");
 }
 
 /// Expected: what 16,384 samples of eq. 3 say by themselves, which err by some 1e-3.
@@ -190,13 +207,7 @@ fn where_many_triangles_hide_part_of_a_light_samples_tell_the_part_alone() {
 fn a_point_that_sees_back_faces_for_the_most_part_has_the_light_of_the_rest() {
     let (scene, light) = floor_and_light("v -0.6 0.3 -0.6\nv -0.6 0.3 0.6\nv 0.6 0.3 0.6\nv 0.6 0.3 -0.6\nf 5 6 7 8\n");
     let settings = SolveSettings { rays: 64, bounces: Some(0), subdivide: 1, ..SolveSettings::even() };
-    let state = radiosity::scene::area_light::AreaLightState {
-        centre: [0.0, 1.0, 0.0],
-        u: [3.0, 0.0, 0.0],
-        v: [0.0, 0.0, 3.0],
-        radiance: [2.0; 3],
-    };
-    let problem = problem(&scene, Some(state), settings);
+    let problem = problem(&scene, Some(floor_light()), settings);
     let (solution, _) = solve_unwatched(&problem);
     let middle = scene.frame.point_to_local(DVec3::ZERO);
     let positions = &problem.tessellation.mesh.positions;

@@ -185,7 +185,8 @@ impl DirectContext<'_> {
             };
             let (timed, traced_before) = (is_untimed.then(Instant::now), rays.traced);
             is_untimed = false;
-            let mut samples = Samples::default();
+            let agreeing = FEWEST_AGREEING.max((AGREEING * count as f32) as u32);
+            let mut samples = Samples { agreeing, ..Samples::default() };
             for index in run.take_while(|index| index % SAMPLES_PER_LOOK != 0 || !(self.is_cancelled)()) {
                 if unhidden.is_some() && samples.agree() {
                     break;
@@ -303,14 +304,18 @@ enum Look {
     Sample { unhidden: Option<Vec3> },
 }
 
-/// If so many samples agree that a light is seen, or that it is hidden, the others need not be taken.
-const AGREEING: u32 = 16;
+/// If this part of the samples, but no fewer than so many, agrees that a light is seen, or that it is hidden, the others
+/// need not be taken.
+const AGREEING: f32 = 0.25;
+const FEWEST_AGREEING: u32 = 16;
 
 /// Samples of a light from one origin.
 #[derive(Default)]
 struct Samples {
     /// Taken, and of those that could see the light, those that do and those that do not.
     taken: u32,
+    /// So many are enough if they agree.
+    agreeing: u32,
     seen: u32,
     hidden: u32,
     /// The sum of their terms, and of each block those that are not hidden.
@@ -332,7 +337,7 @@ impl Samples {
 
     /// True if enough of them see the light altogether, or not at all.
     fn agree(&self) -> bool {
-        self.taken >= AGREEING && (self.seen == 0 || self.hidden == 0)
+        self.taken >= self.agreeing && (self.seen == 0 || self.hidden == 0)
     }
 }
 
