@@ -44,14 +44,14 @@ fn direct_at(
     (context.at_point(point, &mut Scratch::default(), &mut rays).irradiance(), rays)
 }
 
-/// The largest difference between both methods over `count` points, relative to the largest irradiance.
-fn largest_difference(scene: &Arc<Scene>, light: Option<AreaLight>, count: u32) -> f32 {
+/// The largest difference between a method without samples and one with them over `count` points, relative to the largest irradiance.
+fn largest_difference(scene: &Arc<Scene>, light: Option<AreaLight>, count: u32, by: DirectMethod) -> f32 {
     let (mut worst, mut largest) = (0.0_f32, 0.0_f32);
     for (triangle, place) in area_uniform_points(scene, count, 7) {
         let point = SurfacePoint::new(scene, triangle, place);
         let (exact, rays) = direct_at(scene, light, DirectMethod::Analytic, &point);
         assert_eq!(rays.traced, 0, "a box of 30 triangles needs no shadow rays");
-        let (sampled, _) = direct_at(scene, light, DirectMethod::Sampled, &point);
+        let (sampled, _) = direct_at(scene, light, by, &point);
         worst = worst.max((exact - sampled).abs().max_element());
         largest = largest.max(sampled.max_element());
     }
@@ -63,7 +63,8 @@ fn largest_difference(scene: &Arc<Scene>, light: Option<AreaLight>, count: u32) 
 fn light_without_samples_agrees_with_many_samples_in_light_shadow_and_penumbra() {
     let scene = own_scene("cornell/cornell", &LoadOptions::default());
     let light = cornell_light().to_local(&scene.frame);
-    assert!(largest_difference(&scene, Some(light), 300) < 1e-3);
+    assert!(largest_difference(&scene, Some(light), 300, DirectMethod::Sampled) < 1e-3);
+    assert!(largest_difference(&scene, Some(light), 300, DirectMethod::Ratio) < 1e-3);
     // Tilted and half out of the room: partly below many horizons, and behind the back wall.
     let tilted = AreaLight {
         centre: scene.frame.point_to_local(DVec3::new(0.3, 0.4, 0.5)),
@@ -71,7 +72,8 @@ fn light_without_samples_agrees_with_many_samples_in_light_shadow_and_penumbra()
         half_extent_v: Vec3::new(0.1, -0.1, 0.4),
         radiance: Vec3::splat(3.0),
     };
-    assert!(largest_difference(&scene, Some(tilted), 300) < 2e-3);
+    assert!(largest_difference(&scene, Some(tilted), 300, DirectMethod::Sampled) < 2e-3);
+    assert!(largest_difference(&scene, Some(tilted), 300, DirectMethod::Ratio) < 2e-3);
 }
 
 /// Expected: Lambert's formula in its own words, where nothing lies between.

@@ -161,6 +161,37 @@ fn a_moved_light_shines_where_it_is_now() {
     assert_eq!(solution.bounces.len(), 2);
 }
 
+/// Expected: the exact field over the area, but for penumbras, where eight rays tell how much of a light is seen; a changed
+/// reflectance alone leaves no noise.
+#[test]
+fn a_preview_is_the_field_to_a_few_percent_without_a_hemisphere_ray() {
+    let scene = own_scene("cornell/cornell", &LoadOptions::default());
+    let tracer = Arc::new(Counting { tracer: Tracer::new(Arc::clone(&scene)), hemisphere_rays: AtomicU64::new(0) });
+    let options = LoadOptions::default();
+    let problem = Problem::new(Arc::clone(&scene), tracer.clone(), options, Some(cornell_light()), settings()).unwrap();
+    let kept = solve_with_elements(&problem).kept.unwrap();
+    let before = tracer.hemisphere_rays.load(Relaxed);
+    let monitor = Monitor::new(kept.tessellation(), None);
+    let painted = with_materials(&scene, |material| material.reflectance *= 0.8);
+    for (what, scene, light, most) in
+        [("moved", &scene, other_light(), 0.04), ("painted", &painted, cornell_light(), 1e-3)]
+    {
+        let quick = kept.preview(scene, Some(light), &monitor).unwrap();
+        let exact = relit(&kept, scene, Some(light)).solution.total();
+        let areas = kept.tessellation().vertex_areas();
+        let (mut squares, mut sum) = (0.0, 0.0);
+        for ((quick, exact), area) in quick.iter().zip(&exact).zip(&areas) {
+            squares += area * (*quick - *exact).length_squared() / 3.0;
+            sum += area * exact.element_sum() / 3.0;
+        }
+        let difference = (squares * areas.iter().sum::<f32>()).sqrt() / sum;
+        assert!(difference < most, "{what}: {difference}");
+    }
+    assert_eq!(tracer.hemisphere_rays.load(Relaxed), before);
+    monitor.cancel();
+    assert!(kept.preview(&scene, Some(other_light()), &monitor).is_none());
+}
+
 /// Expected: eq. 5 with the new reflectance. A closed box of surfaces that all emit and reflect alike.
 #[test]
 fn a_changed_reflectance_gives_the_light_of_equation_5() {

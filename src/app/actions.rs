@@ -171,9 +171,10 @@ impl App {
                 }
                 #[cfg(feature = "reference")]
                 SolveEvent::Relit { elements, solution, report } => {
-                    let input = solving.input.clone();
-                    self.results =
-                        self.results.as_ref().map(|known| known.lit_again(elements, solution, report, input));
+                    let is_superseded = !solution.info.complete && solving.input != self.document.edit.solve_input();
+                    if let Some(known) = self.results.as_mut().filter(|_| !is_superseded) {
+                        *known = known.lit_again(elements, solution, report, solving.input.clone());
+                    }
                     ended = true;
                 }
                 SolveEvent::Failed(problem) => {

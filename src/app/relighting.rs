@@ -18,6 +18,7 @@ impl App {
     /// Lights the kept rows again if the light or a material has changed since, and nothing else is being solved.
     #[cfg(feature = "reference")]
     pub(super) fn relight_if_changed(&mut self) {
+        self.supersede_relight();
         let Some(results) = self.results.as_ref().filter(|_| self.layout.relight_live && self.solving.is_none()) else {
             return;
         };
@@ -42,6 +43,16 @@ impl App {
         match Solving::relight(results.elements.clone(), Arc::clone(kept), input, wake) {
             Ok(solving) => self.solving = Some(solving),
             Err(error) => self.notices.say(Level::Error, format!("no thread for the solver could be started: {error}")),
+        }
+    }
+
+    /// Ends a relight that was shown in part, if the light or a material has changed since: so a large scene follows the
+    /// hand by previews, and is lit exactly once the hand rests.
+    #[cfg(feature = "reference")]
+    fn supersede_relight(&self) {
+        let relight = self.solving.as_ref().filter(|solving| solving.relights && solving.was_shown());
+        if let Some(relight) = relight.filter(|relight| relight.input != self.document.edit.solve_input()) {
+            relight.cancel();
         }
     }
 

@@ -108,6 +108,8 @@ struct Shared {
     wish: Mutex<Option<bool>>,
     stepping: AtomicBool,
     live: Mutex<Option<LiveView>>,
+    /// Whether there ever was one.
+    was_live: AtomicBool,
     /// Time between two looks at the live field, in milliseconds.
     live_interval: AtomicU64,
 }
@@ -179,6 +181,12 @@ impl Solving {
     pub fn take_live(&self, elements: &Elements) -> Option<Arc<Vec<Vec3>>> {
         let live = locked(&self.shared.live).take();
         live.filter(|(tessellation, _)| Arc::ptr_eq(tessellation, &elements.tessellation)).map(|(_, field)| field)
+    }
+
+    /// Whether any of its light was known on its way.
+    #[cfg(feature = "reference")]
+    pub fn was_shown(&self) -> bool {
+        self.shared.was_live.load(Relaxed)
     }
 
     /// Tells how long a frame takes to draw, in milliseconds, which decides how often the live field is looked at.
@@ -285,6 +293,7 @@ impl Work {
                 let (view, is_known) = self.live_view(&job, &elements);
                 if is_known {
                     *locked(&self.shared.live) = Some(view);
+                    self.shared.was_live.store(true, Relaxed);
                 }
                 last_live = Instant::now();
                 wake();

@@ -238,13 +238,16 @@ impl DirectContext<'_> {
             return Look::Sample { unhidden: None };
         }
         let all = lights.clone();
+        let unhidden = || all.map(|light| unhidden_irradiance(origin, &light)).sum();
+        if self.method == DirectMethod::Ratio {
+            return Look::Sample { unhidden: Some(unhidden()) };
+        }
         let corners_of = |triangle| self.scene.mesh.corners(triangle);
         let none = Seen { irradiance: Vec3::ZERO, sight: Sight::BelowHorizon };
         let known = lights.try_fold(none, |sum, light| {
             let seen = visible_irradiance(self.tracer, corners_of, origin, &light, scratch)?;
             Some(Seen { irradiance: sum.irradiance + seen.irradiance, sight: sum.sight.max(seen.sight) })
         });
-        let unhidden = || all.map(|light| unhidden_irradiance(origin, &light)).sum();
         known.map_or_else(|| Look::Sample { unhidden: Some(unhidden()) }, Look::Known)
     }
 

@@ -15,6 +15,8 @@ use crate::{
 pub enum DirectMethod {
     /// By Lambert's formula (eq. 6) over the part of the light that is seen; samples where too much lies between.
     Analytic,
+    /// By Lambert's formula for the whole light, times the part of it that samples see (Heitz, Hill and McGuire 2018).
+    Ratio,
     /// By samples on the lights (eq. 3).
     Sampled,
 }

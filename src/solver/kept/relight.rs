@@ -24,13 +24,20 @@ use crate::{
     transport::{
         Lights,
         direct::{DirectLight, ShadowRays},
-        lights::{Emitters, FinderCounts},
+        lights::{DirectMethod, Emitters, FinderCounts},
         visible_light::Scratch,
     },
 };
 
 /// Vertices that one task handles.
 const PER_TASK: usize = 64;
+
+/// With more vertices than this a quick answer is shown first.
+const QUICK_FROM: usize = 50_000;
+
+/// Shadow rays a vertex for a quick answer, and how many times as much light it may leave unabsorbed.
+const QUICK_LIGHT_RAYS: u32 = 8;
+const QUICK_UNABSORBED: f32 = 10.0;
 
 /// What takes longer is shown on its way.
 const SHOWN_AFTER: Duration = Duration::from_millis(50);
@@ -77,13 +84,18 @@ impl Kept {
     /// bounce limit in the settings is kept to; else the best combination of few gathers is taken, to the settings'
     /// tolerance. Light of emissive triangles that is sampled is found by samples alone once an emission has changed.
     ///
-    /// The elements stay as they were cut for the light of the solve. A cancelled one has direct light alone.
+    /// The elements stay as they were cut for the light of the solve. A cancelled one has direct light alone. To whoever
+    /// listens a large field is first shown by [`Kept::preview`].
     pub fn relight(&self, scene: &Arc<Scene>, light: Option<AreaLightState>, monitor: &Monitor) -> Solved {
         let started = Instant::now();
-        let settings = self.problem.settings.clone();
-        let iteration = if settings.bounces.is_some() { Iteration::Neumann } else { Iteration::Krylov };
-        let settings = SolveSettings { iteration, ..settings };
-        let problem = Problem { scene: Arc::clone(scene), light, settings, ..self.problem.clone() };
+        if monitor.is_watched()
+            && self.buried.len() > QUICK_FROM
+            && let Some(total) = self.preview(scene, light, monitor)
+        {
+            monitor.set_live(&total);
+        }
+        let problem = self.problem_with(scene, light);
+        let iteration = problem.settings.iteration;
         let lights = Lights::new(scene, light.map(|light| light.to_local(&scene.frame)));
         let is_cancelled = || monitor.is_cancelled();
         let finders = FinderCounts { gather: 0, light: problem.settings.light_rays };
@@ -104,6 +116,40 @@ impl Kept {
         let (buried, tessellation) = (self.buried_in_part(), Arc::clone(&self.tessellation));
         let info = self.info_of(&problem, changes, monitor);
         Computed { bounces, buried, tessellation, kept: None }.into_solved(info, report, (monitor, started))
+    }
+
+    /// All light [W/m²] at the vertices as [`Kept::relight`] finds it, in a fraction of the time: where the light must be
+    /// looked for again it is with few rays, so that penumbras have some noise, and the bounces end sooner. `None` if it
+    /// was cancelled.
+    pub fn preview(&self, scene: &Arc<Scene>, light: Option<AreaLightState>, monitor: &Monitor) -> Option<Vec<Vec3>> {
+        let mut problem = self.problem_with(scene, light);
+        problem.settings.unabsorbed *= QUICK_UNABSORBED;
+        if problem.settings.direct == DirectMethod::Analytic {
+            problem.settings.direct = DirectMethod::Ratio;
+            problem.settings.light_rays = problem.settings.light_rays.min(QUICK_LIGHT_RAYS);
+        }
+        let lights = Lights::new(scene, light.map(|light| light.to_local(&scene.frame)));
+        let is_cancelled = || monitor.is_cancelled();
+        let finders = FinderCounts { gather: 0, light: problem.settings.light_rays };
+        let context = Context { problem: &problem, monitor, lights: &lights, finders, is_cancelled: &is_cancelled };
+        let changes = self.changes(&problem);
+        let mut report = SolveReport::new(&lights, scene, problem.settings.iteration);
+        let mut total = self.direct_values(self.direct_light(&context, changes, &mut report));
+        let mut gathered = Vec::new();
+        if !lights.is_empty() {
+            let known = Some(&self.known).filter(|_| !changes.materials);
+            self.converge(&context, &total, known, &mut |last, _| gathered = last, &mut report)?;
+            let indirect = self.spread_light(gathered);
+            total.iter_mut().zip(indirect).for_each(|(total, indirect)| *total += indirect);
+        }
+        (!monitor.is_cancelled()).then_some(total)
+    }
+
+    fn problem_with(&self, scene: &Arc<Scene>, light: Option<AreaLightState>) -> Problem {
+        let settings = self.problem.settings.clone();
+        let iteration = if settings.bounces.is_some() { Iteration::Neumann } else { Iteration::Krylov };
+        let settings = SolveSettings { iteration, ..settings };
+        Problem { scene: Arc::clone(scene), light, settings, ..self.problem.clone() }
     }
 
     fn changes(&self, problem: &Problem) -> Changes {
