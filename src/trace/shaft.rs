@@ -5,7 +5,7 @@ use glam::Vec3;
 
 use super::{
     NO_TRIANGLE,
-    wide_tree::{IS_BLOCK, NO_CHILD, WIDTH, WideTree},
+    wide_tree::{IS_BLOCK, NO_CHILD, WideTree},
 };
 
 /// How far a triangle must lie outside of a side to be left out, in local units: more than f32 rounding, so that
@@ -73,16 +73,18 @@ pub(super) fn visit_triangles(tree: &WideTree, shaft: &Shaft, mut visit: impl Fn
     let mut stack = vec![0];
     while let Some(index) = stack.pop() {
         if let Some(node) = tree.nodes.get(index as usize) {
-            let touched = (0..WIDTH).filter(|&child| node.children[child] != NO_CHILD).filter(|&child| {
+            // Those that are not there come last.
+            for (child, &index) in node.children.iter().enumerate().take_while(|&(_, &index)| index != NO_CHILD) {
                 let [low, high] = node.child_box(child);
-                shaft.touches_box(low, high)
-            });
-            stack.extend(touched.map(|child| node.children[child]));
+                if shaft.touches_box(low, high) {
+                    stack.push(index);
+                }
+            }
         } else if let Some(block) = tree.blocks.get((index & !IS_BLOCK) as usize) {
-            let triangles = block.triangles.into_iter().enumerate().filter(|&(_, triangle)| triangle != NO_TRIANGLE);
-            let mut touching = triangles.filter(|&(lane, _)| shaft.touches_triangle(&block.corners(lane)));
-            if !touching.all(|(_, triangle)| visit(triangle)) {
-                return;
+            for (lane, &triangle) in block.triangles.iter().enumerate().take_while(|&(_, &id)| id != NO_TRIANGLE) {
+                if shaft.touches_triangle(&block.corners(lane)) && !visit(triangle) {
+                    return;
+                }
             }
         }
     }

@@ -246,8 +246,10 @@ impl WideNode {
     }
 
     /// The box of a child: its lowest and its highest corner.
+    #[inline]
     pub(super) fn child_box(&self, child: usize) -> [Vec3; 2] {
-        [0, 1].map(|side| Vec3::from_array([0, 1, 2].map(|axis: usize| self.bounds[axis][side][child])))
+        let [x, y, z] = &self.bounds;
+        [Vec3::new(x[0][child], y[0][child], z[0][child]), Vec3::new(x[1][child], y[1][child], z[1][child])]
     }
 }
 
@@ -255,7 +257,13 @@ impl Block {
     const EMPTY: Self = Self { corners: [[[f32::NAN; LANES]; 3]; 3], triangles: [NO_TRIANGLE; LANES] };
 
     /// The corners of one of its triangles.
+    #[inline]
     pub(super) fn corners(&self, lane: usize) -> [Vec3; 3] {
-        self.corners.map(|axes| Vec3::from_array(axes.map(|lanes| lanes[lane])))
+        let [[ax, ay, az], [bx, by, bz], [cx, cy, cz]] = &self.corners;
+        [
+            Vec3::new(ax[lane], ay[lane], az[lane]),
+            Vec3::new(bx[lane], by[lane], bz[lane]),
+            Vec3::new(cx[lane], cy[lane], cz[lane]),
+        ]
     }
 }
