@@ -99,3 +99,29 @@ fn switched_off_or_with_other_settings_changes_wait_for_enter() {
     assert!(window.state().status().changed);
     assert_eq!(total(&window), before, "other settings are another solve");
 }
+
+/// With as many bounces as the settings ask for, a field that is lit again has as many as the solve.
+#[test]
+fn bounces_of_a_relight_are_not_added_to_those_of_the_solution_that_is_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    solve(&mut window);
+    let bounces = |app: &App| app.results.as_ref().unwrap().bounces.len();
+    let solved = bounces(window.state());
+    let limit = window.state().document.edit.settings.bounces.unwrap();
+    assert_eq!(solved, limit as usize + 1);
+    let mut frames = 0;
+    for step in 1..=20 {
+        let light = window.state_mut().document.edit.light.as_mut().unwrap();
+        light.centre[0] += 1e-3 * f64::from(step);
+        let is_lit = |app: &App| app.results.as_ref().unwrap().input == app.document.edit.solve_input();
+        while !is_lit(window.state()) {
+            assert_eq!(bounces(window.state()), solved, "after {frames} frames");
+            std::thread::sleep(std::time::Duration::from_millis(1));
+            window.run_steps(1);
+            frames += 1;
+            assert!(frames < 5000, "it is never lit again");
+        }
+        assert_eq!(bounces(window.state()), solved);
+    }
+}

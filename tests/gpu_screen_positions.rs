@@ -6,13 +6,17 @@ mod screen_stage;
 
 use std::sync::Arc;
 
-use glam::{Vec3, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use radiosity::{
     gpu::{
         device,
-        screen_space::uniforms::{SCREEN_WGSL, ScreenUniforms},
+        screen_space::{
+            ScreenSettings,
+            uniforms::{SCREEN_WGSL, ScreenUniforms},
+        },
     },
     render::visible_points,
+    scene::{LoadOptions, builtin, camera::CameraState},
     trace::Tracer,
 };
 use screen_stage::{ScreenStage, plain};
@@ -93,4 +97,25 @@ fn shaders_rebuild_the_points_that_rays_meet_to_a_ten_thousandth_of_their_depth(
     }
     // A pixel whose middle lies on an edge may show either side.
     assert!(elsewhere <= 6, "{elsewhere} of {} pixels show another point", hits.len());
+}
+
+/// The borders of the two pictures at depth 1, which lie half a pixel beyond the middle of the first one and of the last.
+#[test]
+fn the_picture_around_is_as_many_times_as_wide_and_high_as_it_is_asked_to_be() {
+    let size = [160, 120];
+    let scene = builtin::cornell(&LoadOptions::default()).unwrap();
+    let camera = CameraState { fov_degrees: 50.0, ..CameraState::default() }.to_local(&scene.frame);
+    for surround in [1.5, 3.0, 5.0] {
+        let uniforms = ScreenUniforms::new(&camera, size, &ScreenSettings { surround, ..plain() }, 0, 1.0);
+        let borders = |origin: Vec2, step: Vec2, size: [u32; 2]| {
+            [origin - 0.5 * step, origin + (Vec2::new(size[0] as f32, size[1] as f32) - 0.5) * step]
+        };
+        let picture = borders(uniforms.ray_origin, uniforms.ray_step, uniforms.size);
+        let around = borders(uniforms.surround_origin, uniforms.surround_step, uniforms.surround_size);
+        for (inner, outer) in picture.into_iter().zip(around) {
+            assert!(outer.abs_diff_eq(surround * inner, 1e-4), "{outer} is not {surround} times {inner}");
+        }
+        // A field of view of 50 degrees.
+        assert!((picture[0].y - 25_f32.to_radians().tan()).abs() < 1e-5, "{}", picture[0]);
+    }
 }

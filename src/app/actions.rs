@@ -183,6 +183,8 @@ impl App {
                 }
                 SolveEvent::Remark(remark) => self.notices.say(Level::Warning, remark),
                 SolveEvent::Fault(fault) => self.notices.say(Level::Error, format!("src/student: {fault}")),
+                // Of lighting rows again nothing is taken in but its end: what is shown keeps the bounces of its solve.
+                _ if solving.relights => {}
                 event => {
                     ended |= matches!(event, SolveEvent::Finished { .. });
                     if let Some(results) = &mut self.results {

@@ -57,7 +57,8 @@ fn solve_ui(ui: &mut Ui, status: &Status<'_>) {
                 let how = if complete { "Solved" } else { "Cancelled" };
                 let (seconds, bounces) = (report.seconds, results.bounces.len());
                 let left = 100.0 * report.unabsorbed;
-                format!("{how}: {bounces} bounces in {seconds:.2} s, {left:.2} % unabsorbed")
+                let name = if bounces == 1 { "bounce" } else { "bounces" };
+                format!("{how}: {bounces} {name} in {seconds:.2} s, {left:.2} % unabsorbed")
             }
             (None, Some(_)) => String::from("Solution loaded"),
             _ => String::from("Press ENTER to solve"),
