@@ -13,6 +13,8 @@ pub mod rows;
 pub mod sampling;
 #[cfg(feature = "reference")]
 pub mod star;
+#[cfg(feature = "reference")]
+mod trace_rows;
 pub mod visible_light;
 
 pub use lights::Lights;
@@ -20,4 +22,6 @@ pub use origins::VertexOrigins;
 #[cfg(feature = "reference")]
 pub use polygon::polygon_form_factor;
 #[cfg(feature = "reference")]
-pub use rows::{RowChunk, Transport, bytes_per_ray};
+pub use rows::{RowChunk, bytes_per_ray};
+#[cfg(feature = "reference")]
+pub use trace_rows::Transport;

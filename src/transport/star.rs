@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::{rows::Transport, sampling::hat_point};
+use super::{sampling::hat_point, trace_rows::Transport};
 use crate::{
     math::sequence::{Sequence, Stream},
     scene::{Tessellation, mesh::interpolate},
