@@ -77,7 +77,7 @@ impl RowChunk {
         &self.touched
     }
 
-    /// Takes the vertices' weights at their sample points ([`Star::hat_rows`]) out, for least squares.
+    /// Takes the vertices' weights at their sample points (`Star::hat_rows`) out, for least squares.
     pub fn take_hat_rows(&mut self) -> Vec<[HatRow; 2]> {
         std::mem::take(&mut self.hats)
     }
