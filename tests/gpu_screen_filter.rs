@@ -2,6 +2,10 @@
 #![cfg(feature = "gpu")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "common/compute.rs"]
+mod compute;
+
+use compute::computed;
 use glam::{Vec2, Vec3};
 use radiosity::gpu::{
     device,
@@ -57,46 +61,13 @@ fn filtered(row: &[[u32; 2]; COLUMNS], every: u32) -> Option<Vec<f64>> {
     let [surfaces, light] = [row.map(|words| words[0]), on_grid.map(|words| words[1])]
         .map(|words| buffer(bytemuck::cast_slice(&words), wgpu::BufferUsages::STORAGE));
     let target = buffer(&[0; 16 * COLUMNS], wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC);
-    let read = device.create_buffer(&wgpu::BufferDescriptor {
-        label: None,
-        size: target.size(),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
     // The pass down, turned to run along the row: it is the one that leaves numbers.
     let down = "vec2u(0u, 1u), screen.size.x)";
     assert!(FILTER_WGSL.contains(down));
     let along = FILTER_WGSL.replace(down, "vec2u(1u, 0u), 1u)");
-    let source = format!("{SCREEN_WGSL}{along}");
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: None,
-        layout: None,
-        module: &module,
-        entry_point: Some("down"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    let entries = [(0, &uniforms), (1, &surfaces), (2, &light), (4, &target)]
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
-    let layout = &pipeline.get_bind_group_layout(0);
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(1, 1, 1);
-    }
-    encoder.copy_buffer_to_buffer(&target, 0, &read, 0, target.size());
-    queue.submit([encoder.finish()]);
-    read.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    let mapped = read.slice(..).get_mapped_range().unwrap();
-    let values: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&mapped);
+    let source = (format!("{SCREEN_WGSL}{along}"), "down");
+    let buffers = [(0, &uniforms), (1, &surfaces), (2, &light), (4, &target)];
+    let values: Vec<[f32; 4]> = computed((&device, &queue), source, &buffers, &target, 1);
     Some(values.iter().map(|value| f64::from(value[0])).collect())
 }
 

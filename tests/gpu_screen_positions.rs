@@ -2,10 +2,13 @@
 #![cfg(all(feature = "gpu", feature = "reference"))]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 
+#[path = "common/compute.rs"]
+mod compute;
 mod screen_stage;
 
 use std::sync::Arc;
 
+use compute::computed;
 use glam::{Vec2, Vec3, Vec4};
 use radiosity::{
     gpu::{
@@ -44,36 +47,10 @@ fn rebuilt(uniforms: &ScreenUniforms, stored: &[f32]) -> Vec<Vec3> {
         buffer(bytemuck::bytes_of(uniforms), wgpu::BufferUsages::UNIFORM),
         buffer(bytemuck::cast_slice(&values), usage),
     ];
-    let read = buffer(&vec![0; points.size() as usize], wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Wgsl(format!("{SCREEN_WGSL}{REBUILD}").into()),
-    });
-    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: None,
-        layout: None,
-        module: &module,
-        entry_point: Some("rebuild"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    let entries = [(0, &uniforms), (1, &points)]
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
-    let layout = &pipeline.get_bind_group_layout(0);
-    let group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
-    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups((stored.len() as u32).div_ceil(64), 1, 1);
-    }
-    encoder.copy_buffer_to_buffer(&points, 0, &read, 0, points.size());
-    queue.submit([encoder.finish()]);
-    read.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    let mapped = read.slice(..).get_mapped_range().unwrap();
-    bytemuck::pod_collect_to_vec::<u8, Vec4>(&mapped).into_iter().map(Vec4::truncate).collect()
+    let source = (format!("{SCREEN_WGSL}{REBUILD}"), "rebuild");
+    let workgroups = (stored.len() as u32).div_ceil(64);
+    let found = computed::<Vec4>((&device, &queue), source, &[(0, &uniforms), (1, &points)], &points, workgroups);
+    found.into_iter().map(Vec4::truncate).collect()
 }
 
 #[test]

@@ -12,7 +12,6 @@ use super::{
     App,
     command::Command,
     document::{Document, LightPreset},
-    elements::Elements,
     file_dialog::{FileDialog, Purpose},
     fly_camera::FlyCamera,
     loader::{self, Done, OpenedScene},
@@ -23,7 +22,7 @@ use super::{
 };
 use crate::{
     files::{self, loaded_scene},
-    solver::{SolveSettings, State},
+    solver::State,
 };
 
 /// What a file that was dropped on the window asks for.
@@ -205,14 +204,6 @@ impl App {
         }
         if ended {
             self.solving = None;
-        }
-    }
-
-    /// Elements to begin a solve with, and the settings that they were made with.
-    pub(super) fn elements_at_hand(&self) -> (Elements, SolveSettings) {
-        match &self.results {
-            Some(results) => (results.elements.clone(), results.input.settings.clone()),
-            None => (self.document.elements.clone(), self.document.original.settings.clone()),
         }
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
 
-use super::solving::SolveInput;
+use super::{App, solving::SolveInput};
 #[cfg(feature = "reference")]
 use crate::scene::Material;
 use crate::{
@@ -27,6 +27,16 @@ pub struct Elements {
     pub tracer: Arc<Tracer>,
     /// The elements, ready to be drawn.
     pub geometry: Arc<ViewGeometry>,
+}
+
+impl App {
+    /// Elements to begin a solve with, and the settings that they were made with.
+    pub(super) fn elements_at_hand(&self) -> (Elements, SolveSettings) {
+        match &self.results {
+            Some(results) => (results.elements.clone(), results.input.settings.clone()),
+            None => (self.document.elements.clone(), self.document.original.settings.clone()),
+        }
+    }
 }
 
 impl Elements {

@@ -95,26 +95,20 @@ impl Kept {
             monitor.set_live(&total);
         }
         let problem = self.problem_with(scene, light);
-        let iteration = problem.settings.iteration;
-        let lights = Lights::new(scene, light.map(|light| light.to_local(&scene.frame)));
-        let is_cancelled = || monitor.is_cancelled();
-        let finders = FinderCounts { gather: 0, light: problem.settings.light_rays };
-        let context = Context { problem: &problem, monitor, lights: &lights, finders, is_cancelled: &is_cancelled };
-        let changes = self.changes(&problem);
-        let mut report = SolveReport::new(&lights, scene, iteration);
-        let direct = self.direct_values(self.direct_light(&context, changes, &mut report));
-        report.seconds_following_direct = started.elapsed().as_secs_f64();
-        let changed_weights = changes.materials.then(|| VertexWeights::new(scene, &self.tessellation));
-        let weights = changed_weights.as_ref().unwrap_or(&self.weights);
-        let bounces_started = Instant::now();
-        let bounces = if iteration == Iteration::Neumann {
-            self.bounces(&context, direct, weights, &mut report).0
-        } else {
-            self.converged(&context, direct, weights, changes, &mut report)
-        };
-        report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
+        let (bounces, report, info) = self.with_direct(&problem, monitor, |context, direct, changes, mut report| {
+            report.seconds_following_direct = started.elapsed().as_secs_f64();
+            let changed_weights = changes.materials.then(|| VertexWeights::new(scene, &self.tessellation));
+            let weights = changed_weights.as_ref().unwrap_or(&self.weights);
+            let bounces_started = Instant::now();
+            let bounces = if problem.settings.iteration == Iteration::Neumann {
+                self.bounces(context, direct, weights, &mut report).0
+            } else {
+                self.converged(context, direct, weights, changes, &mut report)
+            };
+            report.bounce_seconds = bounces_started.elapsed().as_secs_f64();
+            (bounces, report, self.info_of(&problem, changes, monitor))
+        });
         let (buried, tessellation) = (self.buried_in_part(), Arc::clone(&self.tessellation));
-        let info = self.info_of(&problem, changes, monitor);
         Computed { bounces, buried, tessellation, kept: None }.into_solved(info, report, (monitor, started))
     }
 
@@ -128,21 +122,35 @@ impl Kept {
             problem.settings.direct = DirectMethod::Ratio;
             problem.settings.light_rays = problem.settings.light_rays.min(QUICK_LIGHT_RAYS);
         }
+        let total = self.with_direct(&problem, monitor, |context, mut total, changes, mut report| {
+            let mut gathered = Vec::new();
+            if !context.lights.is_empty() {
+                let known = Some(&self.known).filter(|_| !changes.materials);
+                self.converge(context, &total, known, &mut |last, _| gathered = last, &mut report)?;
+                let indirect = self.spread_light(gathered);
+                total.iter_mut().zip(indirect).for_each(|(total, indirect)| *total += indirect);
+            }
+            Some(total)
+        });
+        total.filter(|_| !monitor.is_cancelled())
+    }
+
+    /// Finds direct light [W/m²] at the vertices, and goes on with it.
+    fn with_direct<T>(
+        &self,
+        problem: &Problem,
+        monitor: &Monitor,
+        go_on: impl FnOnce(&Context, Vec<Vec3>, Changes, SolveReport) -> T,
+    ) -> T {
+        let Problem { scene, light, settings, .. } = problem;
         let lights = Lights::new(scene, light.map(|light| light.to_local(&scene.frame)));
         let is_cancelled = || monitor.is_cancelled();
-        let finders = FinderCounts { gather: 0, light: problem.settings.light_rays };
-        let context = Context { problem: &problem, monitor, lights: &lights, finders, is_cancelled: &is_cancelled };
-        let changes = self.changes(&problem);
-        let mut report = SolveReport::new(&lights, scene, problem.settings.iteration);
-        let mut total = self.direct_values(self.direct_light(&context, changes, &mut report));
-        let mut gathered = Vec::new();
-        if !lights.is_empty() {
-            let known = Some(&self.known).filter(|_| !changes.materials);
-            self.converge(&context, &total, known, &mut |last, _| gathered = last, &mut report)?;
-            let indirect = self.spread_light(gathered);
-            total.iter_mut().zip(indirect).for_each(|(total, indirect)| *total += indirect);
-        }
-        (!monitor.is_cancelled()).then_some(total)
+        let finders = FinderCounts { gather: 0, light: settings.light_rays };
+        let context = Context { problem, monitor, lights: &lights, finders, is_cancelled: &is_cancelled };
+        let changes = self.changes(problem);
+        let mut report = SolveReport::new(&lights, scene, settings.iteration);
+        let direct = self.direct_values(self.direct_light(&context, changes, &mut report));
+        go_on(&context, direct, changes, report)
     }
 
     fn problem_with(&self, scene: &Arc<Scene>, light: Option<AreaLightState>) -> Problem {
