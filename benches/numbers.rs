@@ -1,6 +1,6 @@
 //! The program's numbers, measured: `cargo bench --bench numbers [-- SECTION ...]`.
 //!
-//! Sections: furnace, direct, truth, slopes, threads, rays, field, large. Seconds of one run depend on the machine; ratios
+//! Sections: furnace, direct, truth, slopes, threads, rays, field, relight, large. Seconds of one run depend on the machine; ratios
 //! are taken within one run. Sections that need the shared test scenes are skipped, and say so, where those are absent.
 #![cfg(feature = "reference")]
 #![expect(clippy::unwrap_used, reason = "a failed unwrap ends the benchmark")]
@@ -30,8 +30,8 @@ use radiosity::{
     },
     files::loaded_scene,
     math::sequence::Sampler,
-    scene::{LoadOptions, load},
-    solver::{Job, Reconstruction, Reconstructor, SolveSettings, Solved},
+    scene::{LoadOptions, area_light::AreaLightState, load},
+    solver::{Job, Monitor, Reconstruction, Reconstructor, SolveSettings, Solved},
     trace::{Ray, RayTracer, SurfacePoint, Tracer},
     transport::{
         Lights,
@@ -43,7 +43,7 @@ use radiosity::{
 use rayon::prelude::*;
 
 fn main() {
-    let sections: [(&str, fn()); 8] = [
+    let sections: [(&str, fn()); 9] = [
         ("furnace", furnace),
         ("direct", direct),
         ("truth", truth),
@@ -51,6 +51,7 @@ fn main() {
         ("threads", threads),
         ("rays", rays),
         ("field", field),
+        ("relight", relight),
         ("large", large),
     ];
     // Cargo itself passes flags such as --bench.
@@ -324,6 +325,36 @@ fn field_line(case: &Case, name: &str, settings: SolveSettings) {
             report.shadow_rays,
             solution.bounces.len()
         );
+    }
+}
+
+/// The light moved along its longer side, a twentieth of it further each time: a preview, and the exact field.
+fn relight() {
+    println!("scene      vertices  light moved   preview ms  differs    exact ms  direct  bounces");
+    for ((name, path), adaptive) in [(CASES[0], 0.015), (CASES[3], 0.02)] {
+        let Some(Case { scene, light: Some(light), .. }) = case(name, path, 1) else { continue };
+        let settings = SolveSettings { adaptive, ..SolveSettings::default() };
+        let kept = solve_with_elements(&problem(&scene, Some(light), settings)).kept.unwrap();
+        let longer = if DVec3::from(light.u).length() > DVec3::from(light.v).length() { light.u } else { light.v };
+        for step in 1..=5 {
+            let part = 0.1 * f64::from(step);
+            let centre = (DVec3::from(light.centre) + part * DVec3::from(longer)).to_array();
+            let moved = Some(AreaLightState { centre, ..light });
+            let monitor = Monitor::new(kept.tessellation(), None);
+            let started = Instant::now();
+            let quick = kept.preview(&scene, moved, &monitor).unwrap();
+            let quick_ms = 1e3 * started.elapsed().as_secs_f64();
+            let Solved { solution, report, .. } = kept.relight(&scene, moved, &monitor);
+            println!(
+                "{name:9}  {:8}  {:9.0} %  {quick_ms:11.0}  {:5.1} %  {:10.0}  {:6.0}  {:7.0}",
+                solution.buried.len(),
+                50.0 * part,
+                100.0 * relative_l2(&as_doubles(&quick), &as_doubles(&solution.total())),
+                1e3 * report.seconds,
+                1e3 * report.seconds_following_direct,
+                1e3 * report.bounce_seconds
+            );
+        }
     }
 }
 

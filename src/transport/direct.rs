@@ -310,7 +310,7 @@ enum Look {
 /// If this part of the samples, but no fewer than so many, agrees that a light is seen, or that it is hidden, the others
 /// need not be taken.
 const AGREEING: f32 = 0.25;
-const FEWEST_AGREEING: u32 = 16;
+const FEWEST_AGREEING: u32 = 4;
 
 /// Samples of a light from one origin.
 #[derive(Default)]

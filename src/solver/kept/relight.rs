@@ -35,9 +35,10 @@ const PER_TASK: usize = 64;
 /// With more vertices than this a quick answer is shown first.
 const QUICK_FROM: usize = 50_000;
 
-/// Shadow rays a vertex for a quick answer, and how many times as much light it may leave unabsorbed.
-const QUICK_LIGHT_RAYS: u32 = 8;
-const QUICK_UNABSORBED: f32 = 10.0;
+/// Shadow rays a vertex for a quick answer, if a quarter of them disagree, and what fraction of the gathered light it may
+/// leave out: its rays in penumbras leave more.
+const QUICK_LIGHT_RAYS: u32 = 16;
+const QUICK_UNABSORBED: f32 = 0.03;
 
 /// What takes longer is shown on its way.
 const SHOWN_AFTER: Duration = Duration::from_millis(50);
@@ -85,16 +86,17 @@ impl Kept {
     /// tolerance. Light of emissive triangles that is sampled is found by samples alone once an emission has changed.
     ///
     /// The elements stay as they were cut for the light of the solve. A cancelled one has direct light alone. To whoever
-    /// listens a large field is first shown by [`Kept::preview`].
+    /// listens a large field is first shown by [`Kept::preview`] where direct light must be looked for.
     pub fn relight(&self, scene: &Arc<Scene>, light: Option<AreaLightState>, monitor: &Monitor) -> Solved {
         let started = Instant::now();
+        let problem = self.problem_with(scene, light);
         if monitor.is_watched()
             && self.buried.len() > QUICK_FROM
+            && self.looks_for_light(&problem)
             && let Some(total) = self.preview(scene, light, monitor)
         {
             monitor.set_live(&total);
         }
-        let problem = self.problem_with(scene, light);
         let (bounces, report, info) = self.with_direct(&problem, monitor, |context, direct, changes, mut report| {
             report.seconds_following_direct = started.elapsed().as_secs_f64();
             let changed_weights = changes.materials.then(|| VertexWeights::new(scene, &self.tessellation));
@@ -117,7 +119,7 @@ impl Kept {
     /// was cancelled.
     pub fn preview(&self, scene: &Arc<Scene>, light: Option<AreaLightState>, monitor: &Monitor) -> Option<Vec<Vec3>> {
         let mut problem = self.problem_with(scene, light);
-        problem.settings.unabsorbed *= QUICK_UNABSORBED;
+        problem.settings.unabsorbed = problem.settings.unabsorbed.max(QUICK_UNABSORBED);
         if problem.settings.direct == DirectMethod::Analytic {
             problem.settings.direct = DirectMethod::Ratio;
             problem.settings.light_rays = problem.settings.light_rays.min(QUICK_LIGHT_RAYS);
@@ -170,6 +172,13 @@ impl Kept {
             emission: materials && emission(before) != emission(now),
             materials,
         }
+    }
+
+    /// True if direct light does not follow from that of the solve.
+    fn looks_for_light(&self, problem: &Problem) -> bool {
+        let changes = self.changes(problem);
+        let light = problem.light.map(|light| light.to_local(&problem.scene.frame));
+        changes.emission || (changes.area_light && self.brightness(light.as_ref()).is_none())
     }
 
     /// Direct irradiance [W/m²] at the vertices, but for the buried ones.
