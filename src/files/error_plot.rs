@@ -1,14 +1,15 @@
 //! Plots of error against seconds, as SVG and PNG.
 
-use std::{ops::Range, path::Path};
+use std::path::Path;
 
 use anyhow::{Context as _, anyhow, bail};
 use image::{DynamicImage, RgbImage};
 use plotters::{
-    coord::Shift,
+    coord::{Shift, combinators::WithKeyPoints},
     prelude::{
-        BLACK, BitMapBackend, ChartBuilder, Circle, Color as _, DrawingArea, DrawingBackend, IntoDrawingArea as _,
-        IntoLogRange as _, LineSeries, Palette as _, Palette99, PathElement, SVGBackend, SeriesLabelPosition, WHITE,
+        BLACK, BindKeyPoints as _, BitMapBackend, ChartBuilder, Circle, Color as _, DrawingArea, DrawingBackend,
+        IntoDrawingArea as _, IntoLogRange as _, LineSeries, LogCoord, Palette as _, Palette99, PathElement,
+        SVGBackend, SeriesLabelPosition, WHITE,
     },
     style::{FontStyle, register_font},
 };
@@ -26,6 +27,9 @@ pub struct Curve {
 
 const SIZE: (u32, u32) = (960, 640);
 const FONT: &str = "sans-serif";
+
+/// An axis over more powers of ten has no marks between them.
+const MOST_POWERS_IN_STEPS: usize = 4;
 
 /// Writes `STEM.svg` and `STEM.png`; both axes are logarithmic.
 ///
@@ -60,10 +64,7 @@ fn draw<Backend: DrawingBackend>(
         .margin(16)
         .x_label_area_size(44)
         .y_label_area_size(60)
-        .build_cartesian_2d(
-            around(all().map(|(seconds, _)| *seconds)).log_scale(),
-            around(all().map(|(_, percent)| *percent)).log_scale(),
-        )
+        .build_cartesian_2d(axis(all().map(|(seconds, _)| *seconds)), axis(all().map(|(_, percent)| *percent)))
         .map_err(|error| problem(&error))?;
     let number = |value: &f64| format!("{value}");
     let mut mesh = chart.configure_mesh();
@@ -84,16 +85,30 @@ fn draw<Backend: DrawingBackend>(
     area.present().map_err(|error| problem(&error))
 }
 
-/// A range that holds the values, with some room around.
-fn around(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
-    let smallest = values.clone().fold(f64::INFINITY, f64::min);
-    0.7 * smallest..1.4 * values.fold(0.0, f64::max)
+/// A logarithmic axis that holds the values, with some room around, and marks 1, 2 and 5 of each power of ten; of many
+/// powers 1 alone.
+fn axis(values: impl Iterator<Item = f64> + Clone) -> WithKeyPoints<LogCoord<f64>> {
+    let (smallest, largest) = (values.clone().fold(f64::INFINITY, f64::min), values.fold(0.0, f64::max));
+    let range = 0.7 * smallest..1.4 * largest;
+    let powers = range.start.log10().floor() as i32..=range.end.log10().floor() as i32;
+    let steps = if powers.clone().count() > MOST_POWERS_IN_STEPS { &[1.0][..] } else { &[1.0, 2.0, 5.0] };
+    let marks = powers.flat_map(|power| steps.iter().map(move |step| step * 10_f64.powi(power)));
+    let marks: Vec<f64> = marks.filter(|mark| range.contains(mark)).collect();
+    range.log_scale().with_key_points(marks)
 }
 
 #[cfg(test)]
 #[expect(clippy::unwrap_used, reason = "a failed unwrap fails the test")]
 mod tests {
     use super::*;
+
+    #[test]
+    fn axes_have_marks_to_read_them_by_however_much_they_span() {
+        let marks = |values: [f64; 2]| axis(values.into_iter()).bold_points().to_vec();
+        assert_eq!(marks([16.0, 70.0]), [20.0, 50.0]);
+        assert_eq!(marks([0.004, 0.02]), [0.005, 0.01, 0.02]);
+        assert_eq!(marks([0.004, 200.0]), [0.01, 0.1, 1.0, 10.0, 100.0]);
+    }
 
     #[test]
     fn a_plot_names_its_curves_and_puts_a_better_point_lower_and_a_slower_one_further_right() {
