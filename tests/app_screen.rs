@@ -52,4 +52,7 @@ fn the_screen_space_view_is_shown_beside_the_solution_and_judged_by_it() {
     // Nothing is drawn for views that show something else.
     window.state_mut().layout.views[1].source = Source::Present;
     run_until(&mut window, "rest", |app| app.screen.job.is_none());
+    // A view of what is not there says what it shows instead.
+    window.state_mut().layout.views[1].source = Source::Lightmap;
+    assert_eq!(window.state().view_title(1), window.state().view_title(0));
 }

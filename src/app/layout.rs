@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     panes::{self, Pane},
-    view_settings::{Shown, ViewSettings},
+    view_settings::{Shown, Source, ViewSettings},
 };
 use crate::gpu::screen_space::ScreenSettings;
 
@@ -71,8 +71,12 @@ impl Default for Layout {
 }
 
 impl Layout {
-    /// This layout, or, if parts of the window are missing in it, the first one.
-    pub fn checked(self) -> Self {
+    /// This layout as a window can begin with it: if parts are missing in it, in the first arrangement; and with views of
+    /// what is there at the start, which no lightmap and no second solution is.
+    pub fn checked(mut self) -> Self {
+        for view in self.views.iter_mut().filter(|view| !view.source.is_screen()) {
+            view.source = Source::Present;
+        }
         if panes::is_complete(&self.tree) { self } else { Self { tree: panes::first_tree(), ..self } }
     }
 
@@ -88,5 +92,25 @@ impl Layout {
     /// Everything where it stood at first.
     pub fn reset_panes(&mut self) {
         (self.tree, self.hidden, self.panels, self.plots) = (panes::first_tree(), Vec::new(), true, true);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_window_does_not_begin_with_a_view_of_a_lightmap_or_solution_that_is_not_there() {
+        for (source, begun) in [
+            (Source::Lightmap, Source::Present),
+            (Source::LightmapDifference, Source::Present),
+            (Source::Other, Source::Present),
+            (Source::Difference, Source::Present),
+            (Source::Screen, Source::Screen),
+        ] {
+            let mut layout = Layout::default();
+            layout.views[1].source = source;
+            assert_eq!(layout.checked().views[1].source, begun);
+        }
     }
 }

@@ -4,7 +4,7 @@ use egui::{Color32, Ui};
 use egui_plot::{Line, MarkerShape, Plot, PlotPoints, Points};
 
 use super::results::Results;
-use crate::{math::ratio_or_zero, solver::energy::BouncePower};
+use crate::math::ratio_or_zero;
 
 const BANDS: [(&str, Color32); 3] = [
     ("red", Color32::from_rgb(235, 90, 80)),
@@ -46,7 +46,11 @@ pub(super) fn ui(ui: &mut Ui, results: Option<&Results>) -> bool {
             let text = "Saves the curves as a table (CSV) or a picture (PNG)";
             saves = ui.add_enabled(results.is_some(), egui::Button::new("Save…").small()).on_hover_text(text).clicked();
         });
-        error_plot(&mut columns[1], results);
+        if relit {
+            columns[1].weak("Relit on the rays of the solve: its curve is told by ENTER, which solves anew.");
+        } else {
+            error_plot(&mut columns[1], results);
+        }
     });
     saves
 }
@@ -78,10 +82,14 @@ fn power_plot(ui: &mut Ui, results: Option<&Results>) {
             let powers = results.map_or(&[][..], |results| &results.powers);
             // What is emitted arrives as direct light, or escapes.
             let emitted = powers.first().map_or(0.0, |direct| direct.arriving[band] + direct.escaped[band]);
-            let percent = |power: &BouncePower| 100.0 * ratio_or_zero(power.arriving[band], emitted);
-            let points: Vec<[f64; 2]> =
-                powers.iter().enumerate().map(|(bounce, power)| [bounce as f64, percent(power)]).collect();
-            curve(plot, name, colour, points);
+            let percent = |power: f64| 100.0 * ratio_or_zero(power, emitted);
+            let mut arriving: Vec<f64> = powers.iter().map(|power| power.arriving[band]).collect();
+            if results.is_some_and(|results| results.relit) && arriving.len() > 1 {
+                // The ledger tells the last gather apart from the sweeps before it.
+                arriving = vec![arriving[0], arriving[1..].iter().sum()];
+            }
+            let points = arriving.into_iter().enumerate().map(|(bounce, power)| [bounce as f64, percent(power)]);
+            curve(plot, name, colour, points.collect());
         }
     });
 }

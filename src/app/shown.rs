@@ -5,7 +5,13 @@ use std::f32::consts::PI;
 use egui::Ui;
 use glam::Vec3;
 
-use super::{App, panes::Pane, picked::Picked, view, view_settings::Source};
+use super::{
+    App,
+    panes::Pane,
+    picked::Picked,
+    view,
+    view_settings::{Source, ViewSettings},
+};
 use crate::{
     gpu::{self, ViewFrame},
     scene::area_light::AreaLightState,
@@ -60,8 +66,8 @@ impl App {
     }
 
     /// What a view shows, in words.
-    fn view_title(&self, number: usize) -> String {
-        let settings = &self.layout.views[number];
+    pub fn view_title(&self, number: usize) -> String {
+        let settings = ViewSettings { source: self.source_shown(number), ..self.layout.views[number].clone() };
         let buffer = self.screen.shown.as_ref().map(|shown| shown.buffer);
         match buffer.filter(|buffer| settings.source == Source::Screen && !buffer.is_light()) {
             Some(buffer) => {
@@ -70,6 +76,18 @@ impl App {
             }
             None => settings.title(),
         }
+    }
+
+    /// What is asked of a view, or the present solution while that is not there.
+    fn source_shown(&self, number: usize) -> Source {
+        let source = self.layout.views[number].source;
+        let is_there = match source {
+            Source::Present => true,
+            Source::Other | Source::Difference => self.other.is_some(),
+            Source::Lightmap | Source::LightmapDifference => self.lightmap.shown.is_some(),
+            Source::Screen | Source::ScreenDifference => self.screen.shown.is_some(),
+        };
+        if is_there { source } else { Source::Present }
     }
 
     /// What a view shows now, but for its field.
