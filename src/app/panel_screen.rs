@@ -90,7 +90,8 @@ fn shown_ui(ui: &mut Ui, shown: &ShownScreen) {
         rows(ui, "passes", |ui| {
             for pass in &shown.times {
                 ui.label(pass.pass);
-                ui.label(format!("{:.1} ms", 1e3 * pass.seconds)).on_hover_text("Of this frame, waiting included");
+                ui.label(format!("{:.1} ms", 1e3 * pass.seconds))
+                    .on_hover_text("Of this frame, without waiting for the window");
                 ui.end_row();
             }
         });

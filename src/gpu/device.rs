@@ -133,7 +133,7 @@ pub fn read_picture(
     encoder.copy_texture_to_buffer(picture.as_image_copy(), destination, picture.size());
     queue.submit([encoder.finish()]);
     buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {}); // a failure shows in get_mapped_range
-    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| format!("the graphics driver failed: {error}"))?;
+    wait(device)?;
     let mapped = buffer.slice(..).get_mapped_range().map_err(|error| format!("the picture is lost: {error}"))?;
     let mut image = image::RgbaImage::new(width, height);
     let rows = image.chunks_exact_mut(4 * width as usize).zip(mapped.chunks_exact(row_bytes as usize));
@@ -141,4 +141,10 @@ pub fn read_picture(
         row.copy_from_slice(&bytes[..row.len()]);
     }
     Ok(image)
+}
+
+/// Waits until all that was submitted is done, by whoever shares the device.
+pub(in crate::gpu) fn wait(device: &wgpu::Device) -> Result<(), String> {
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| format!("the graphics driver failed: {error}"))?;
+    Ok(())
 }

@@ -1,9 +1,11 @@
 //! Reading buffers back.
 
+use crate::gpu::device::wait;
+
 /// Reads a buffer that can be mapped. Waits for the card.
 pub(in crate::gpu) fn read<T: bytemuck::Pod>(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<T>, String> {
     buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {}); // a failure shows in get_mapped_range
-    device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| format!("the graphics driver failed: {error}"))?;
+    wait(device)?;
     let values = {
         let mapped = buffer.slice(..).get_mapped_range().map_err(|error| {
             let error = error.to_string();

@@ -17,6 +17,7 @@ use super::{
     timing::{Pass, PassTime, PassTimer},
 };
 use crate::{
+    gpu::device::wait,
     lightmap::{Atlas, GpuSettings, ShootingOrder},
     scene::{AreaLight, Scene},
 };
@@ -225,6 +226,8 @@ impl GpuSolver {
         }
         let pace = &self.paces[usize::from(!self.from_lamps)];
         let submission = self.batch.next(pace, self.patches.receivers.len() as u32);
+        // What a window has submitted is not this one's time: the pace would cut finer and finer, and wait more often.
+        wait(&self.device)?;
         let started = Instant::now();
         let settings = self.submission_settings(&submission);
         self.queue.write_buffer(&self.buffers.settings, 0, bytemuck::bytes_of(&settings));
@@ -243,8 +246,7 @@ impl GpuSolver {
         if submission.completes {
             self.read_ledger()?;
         } else {
-            let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-            waited.map_err(|error| format!("the graphics driver failed: {error}"))?;
+            wait(&self.device)?;
         }
         let taken = started.elapsed();
         self.timer.collect(&self.device)?;

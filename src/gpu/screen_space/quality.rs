@@ -4,25 +4,22 @@ use std::time::Duration;
 
 use super::settings::ScreenSettings;
 
-/// Steps down from full quality: pixels along each side and taps, as parts of what the settings say.
-const LEVELS: [(f32, f32); 9] = [
-    (1.0, 1.0),
-    (1.0, 0.5),
-    (0.7, 0.5),
-    (0.5, 0.5),
-    (0.5, 0.25),
-    (0.35, 0.25),
-    (0.25, 0.25),
-    (0.18, 0.25),
-    (0.125, 0.25),
-];
+/// Steps down from full quality: pixels along each side and taps, as parts of what the settings say. Each has about half of
+/// the work of the one before. Fewer taps than half save little and are seen.
+const LEVELS: [(f32, f32); 8] =
+    [(1.0, 1.0), (1.0, 0.5), (0.7, 0.5), (0.5, 0.5), (0.35, 0.5), (0.25, 0.5), (0.18, 0.5), (0.125, 0.5)];
 /// Below this part of the budget a finer level is tried.
 const ROOM: f32 = 0.4;
+/// Above so many times the budget a coarser level is taken at once, and two steps down; else after a second such frame: one
+/// alone may have waited for somebody else's work.
+const FAR_ABOVE: f32 = 3.0;
 
 /// The level that moving frames are drawn at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Quality {
     level: usize,
+    /// The last frame took too long.
+    was_above: bool,
 }
 
 impl Quality {
@@ -33,7 +30,8 @@ impl Quality {
         let smaller = ScreenSettings {
             taps: fewer(settings.taps),
             obscurance: fewer(settings.obscurance),
-            filter: (settings.filter as f32 * scale).ceil() as u32,
+            // Wider in the picture than in full size: it has fewer pixels to take the noise out of.
+            filter: (settings.filter as f32 * scale.sqrt()).ceil() as u32,
             ..settings.clone()
         };
         (smaller, size.map(|pixels| ((pixels as f32 * scale) as u32).max(1)))
@@ -42,11 +40,13 @@ impl Quality {
     /// Learns what a moving frame took.
     pub fn learn(&mut self, taken: Duration, budget: Duration) {
         let part = taken.as_secs_f32() / budget.as_secs_f32().max(1e-3);
-        if part > 1.0 {
-            // Far above it, two steps at once.
-            self.level = (self.level + if part > 3.0 { 2 } else { 1 }).min(LEVELS.len() - 1);
-        } else if part < ROOM {
-            self.level = self.level.saturating_sub(1);
+        let (is_above, is_far_above) = (part > 1.0, part > FAR_ABOVE);
+        if is_above && (is_far_above || self.was_above) {
+            self.level = (self.level + 1 + usize::from(is_far_above)).min(LEVELS.len() - 1);
+            self.was_above = false;
+        } else {
+            self.level -= usize::from(part < ROOM && self.level > 0);
+            self.was_above = is_above;
         }
     }
 }
@@ -64,13 +64,25 @@ mod tests {
         };
         let budget = Duration::from_millis(50);
         let mut quality = Quality::default();
-        for _ in 0..12 {
+        for _ in 0..24 {
             quality.learn(Duration::from_secs_f64(seconds(quality, 2e-8)), budget);
         }
         assert!(seconds(quality, 2e-8) <= 0.05 && quality != Quality::default(), "{quality:?}");
-        for _ in 0..12 {
+        for _ in 0..24 {
             quality.learn(Duration::from_secs_f64(seconds(quality, 1e-10)), budget);
         }
         assert_eq!(quality, Quality::default());
+    }
+
+    #[test]
+    fn one_slow_frame_alone_makes_nothing_coarser_and_a_very_slow_one_does_at_once() {
+        let budget = Duration::from_millis(50);
+        let mut quality = Quality::default();
+        for milliseconds in [80, 30, 80, 30] {
+            quality.learn(Duration::from_millis(milliseconds), budget);
+            assert_eq!(quality.level, 0);
+        }
+        quality.learn(Duration::from_millis(500), budget);
+        assert_eq!(quality.level, 2);
     }
 }

@@ -23,6 +23,7 @@ use super::{
 };
 use crate::gpu::{
     ViewGeometry,
+    device::wait,
     lightmap::{
         readback::{read_copy, read_depths},
         timing::PassTime,
@@ -316,13 +317,15 @@ impl ScreenRenderer {
         steps
     }
 
-    /// Makes one submission and waits for it: some 40 ms.
+    /// Makes one submission and waits for it: some 40 ms, and what was submitted before.
     ///
     /// # Errors
     /// One line, if the device was lost.
     pub fn submit(&mut self) -> Result<(), String> {
         let Some(picture) = self.pictures.first() else { return Ok(()) };
         let Some(step) = self.pace.next(&mut self.frame) else { return Ok(()) };
+        // What a window has submitted is not this one's time: the pace would cut finer and finer, and wait more often.
+        wait(&self.device)?;
         let started = Instant::now();
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let uniforms = ScreenUniforms { first: step.units.start, end: step.units.end, ..self.screen };
@@ -330,8 +333,7 @@ impl ScreenRenderer {
         let passes = (&self.lamps, &self.g_buffer, &self.pipelines);
         record(&mut encoder, &step, passes, (&self.geometry, &self.mesh, picture), self.still == 0);
         self.queue.submit([encoder.finish()]);
-        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-        waited.map_err(|error| format!("the graphics driver failed: {error}"))?;
+        wait(&self.device)?;
         let taken = started.elapsed();
         self.pace.learn(&step, taken);
         let (runs, time) = &mut self.times[step.pass() as usize];
