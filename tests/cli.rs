@@ -33,6 +33,13 @@ const SOLVE: [&str; 10] =
     ["solve", "cornell", "--rays", "64", "--subdivide", "3", "--bounces", "6", "-o", "box.safetensors"];
 
 #[test]
+fn a_folder_of_the_built_in_scenes_name_does_not_hide_it() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("cornell")).unwrap();
+    assert!(run(folder.path(), &["inspect", "cornell"]).contains("30"));
+}
+
+#[test]
 fn a_box_is_solved_rendered_probed_compared_and_exported() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 
 use super::Outcome;
 use crate::scene::inspect::{MaterialReport, SceneReport, report};
-use crate::scene::{LoadOptions, load};
+use crate::{files::loaded_scene::read_scene, scene::LoadOptions};
 
 /// Read a scene and say what it holds: sizes, materials, emitters, textures, repairs.
 #[derive(Debug, clap::Args)]
 pub struct InspectArgs {
-    /// The OBJ file.
+    /// The scene: an OBJ file, or `cornell` for the built-in Cornell box.
     pub scene: PathBuf,
     /// How it is read.
     #[command(flatten)]
@@ -25,7 +25,7 @@ pub struct InspectArgs {
 /// # Errors
 /// If the scene cannot be read.
 pub fn run(arguments: &InspectArgs) -> anyhow::Result<Outcome> {
-    let scene = load::load(&arguments.scene, &arguments.options)?;
+    let scene = read_scene(&arguments.scene, &arguments.options)?;
     let report = report(&scene);
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
@@ -99,6 +99,7 @@ fn digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::load::load_from_memory;
 
     const LAMP: &str = "newmtl lamp\nKd 0.25 0.5 0.75\nKe 1 2 0\n";
 
@@ -106,7 +107,7 @@ mod tests {
     #[test]
     fn a_square_lamp_is_reported_with_its_area_and_power() {
         let obj = "v 0 0 0\nv 2 0 0\nv 2 0 -2\nv 0 0 -2\nusemtl lamp\nf 1 2 3 4\nl 1 2\n";
-        let scene = load::load_from_memory("square", obj, LAMP, &LoadOptions::default()).unwrap();
+        let scene = load_from_memory("square", obj, LAMP, &LoadOptions::default()).unwrap();
         let report = report(&scene);
         assert_eq!(
             (report.triangles, report.vertices, report.minimum, report.maximum),

@@ -10,7 +10,7 @@ use anyhow::Context as _;
 use super::first_camera::first_camera;
 use crate::{
     math::color::ToneMap,
-    scene::{LoadOptions, Scene, builtin, camera::CameraState, load},
+    scene::{LoadOptions, Scene, SceneError, builtin, camera::CameraState, load},
     solver::State,
 };
 
@@ -40,17 +40,24 @@ impl LoadedScene {
     /// # Errors
     /// One line, if there is no usable scene at `path`.
     pub fn load(path: &Path, state: State, options: LoadOptions) -> anyhow::Result<Self> {
-        let scene = if is_builtin(path) { builtin::cornell(&options)? } else { load::load(path, &options)? };
-        let scene = Arc::new(scene);
+        let scene = Arc::new(read_scene(path, &options)?);
         let camera = state.camera.unwrap_or_else(|| first_camera(&scene));
         let tone_map = state.tone_map.unwrap_or_default();
         Ok(Self { path: path.to_path_buf(), scene, load: options, state, camera, tone_map })
     }
 }
 
+/// Reads a file, or the built-in scene where its name is given.
+///
+/// # Errors
+/// One line, if there is no usable scene at `path`.
+pub fn read_scene(path: &Path, options: &LoadOptions) -> Result<Scene, SceneError> {
+    if is_builtin(path) { builtin::cornell(options) } else { load::load(path, options) }
+}
+
 /// True for the name of the built-in scene, if no file has that name.
 pub fn is_builtin(path: &Path) -> bool {
-    path.as_os_str() == BUILTIN && !path.exists()
+    path.as_os_str() == BUILTIN && !path.is_file()
 }
 
 /// The state for a scene: the named file, or else the one of the scene's own name and `.toml` beside it, or else an
