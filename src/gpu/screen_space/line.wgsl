@@ -64,9 +64,13 @@ struct Tap {
     is_there: bool,
 }
 
-// More taps lie near, where a hemisphere is filled. Within the picture taps lie as they do without one around.
+// More taps lie near, where a hemisphere is filled. Within the picture taps lie as they do without one around. Each stands for
+// the line half way to its neighbours: so the ends of its part move with it from frame to frame, and leave no bands.
 fn tap_of(line: Line, side: Side, number: u32) -> Tap {
-    let parts = vec3f(f32(number), f32(number) + side.within, f32(number) + 1.0) / f32(side.steps);
+    let middle = f32(number) + side.within;
+    let begin = select(middle - 0.5, 0.0, number == 0u);
+    let end = select(middle + 0.5, f32(side.steps), number + 1u == side.steps);
+    let parts = vec3f(begin, middle, end) / f32(side.steps);
     let grown = 1.0 + max(parts - side.exit, vec3f(0.0)) * side.growth;
     let reach = screen.radius * parts * parts * grown;
     let places = side.sign * max(reach, vec3f(0.75, 1.0, 1.25));
