@@ -50,11 +50,11 @@ impl fmt::Display for Asked {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bounds => write!(out, "bounds"),
-            Self::SameAs { factor, tolerance, .. } if *factor == 1.0 => write!(out, "same field, to {tolerance:e}"),
-            Self::SameAs { factor, tolerance, .. } => write!(out, "{factor:.0e} times the field, to {tolerance:e}"),
+            Self::SameAs { factor, tolerance, .. } if *factor == 1.0 => write!(out, "same field, to {tolerance:.0e}"),
+            Self::SameAs { factor, tolerance, .. } => write!(out, "{factor:.0e} times the field, to {tolerance:.0e}"),
             Self::Dark => write!(out, "dark"),
             Self::DirectOnly => write!(out, "direct light alone"),
-            Self::Furnace { tolerance, .. } => write!(out, "equation 5, to {tolerance:e}"),
+            Self::Furnace { tolerance, .. } => write!(out, "equation 5, to {tolerance:.0e}"),
         }
     }
 }
