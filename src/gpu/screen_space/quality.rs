@@ -64,11 +64,11 @@ mod tests {
         };
         let budget = Duration::from_millis(50);
         let mut quality = Quality::default();
-        for _ in 0..24 {
+        for _ in 0..12 {
             quality.learn(Duration::from_secs_f64(seconds(quality, 2e-8)), budget);
         }
         assert!(seconds(quality, 2e-8) <= 0.05 && quality != Quality::default(), "{quality:?}");
-        for _ in 0..24 {
+        for _ in 0..12 {
             quality.learn(Duration::from_secs_f64(seconds(quality, 1e-10)), budget);
         }
         assert_eq!(quality, Quality::default());

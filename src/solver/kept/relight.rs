@@ -119,10 +119,13 @@ impl Kept {
     /// was cancelled.
     pub fn preview(&self, scene: &Arc<Scene>, light: Option<AreaLightState>, monitor: &Monitor) -> Option<Vec<Vec3>> {
         let mut problem = self.problem_with(scene, light);
-        problem.settings.unabsorbed = problem.settings.unabsorbed.max(QUICK_UNABSORBED);
-        if problem.settings.direct == DirectMethod::Analytic {
-            problem.settings.direct = DirectMethod::Ratio;
-            problem.settings.light_rays = problem.settings.light_rays.min(QUICK_LIGHT_RAYS);
+        if self.looks_for_light(&problem) {
+            let settings = &mut problem.settings;
+            settings.unabsorbed = settings.unabsorbed.max(QUICK_UNABSORBED);
+            if settings.direct == DirectMethod::Analytic {
+                settings.direct = DirectMethod::Ratio;
+                settings.light_rays = settings.light_rays.min(QUICK_LIGHT_RAYS);
+            }
         }
         let total = self.with_direct(&problem, monitor, |context, mut total, changes, mut report| {
             let mut gathered = Vec::new();
