@@ -63,6 +63,7 @@ fn squares(places: &[(f32, bool)]) -> Scene {
         materials: vec![Material::default()], // reflectance 0.6
         textures: Vec::new(),
         frame: LocalFrame::default(),
+        enclosed: Vec::new(),
         two_sided: false,
         warnings: Vec::new(),
     }

@@ -146,6 +146,7 @@ fn a_solution_of_another_scene_or_tessellation_is_refused_by_a_line_that_names_b
         materials: vec![Material::default()],
         textures: Vec::new(),
         frame: LocalFrame::default(),
+        enclosed: Vec::new(),
         two_sided: false,
         warnings: Vec::new(),
     };

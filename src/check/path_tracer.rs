@@ -233,6 +233,7 @@ mod tests {
             materials: vec![material],
             textures: Vec::new(),
             frame: LocalFrame::default(),
+            enclosed: Vec::new(),
             two_sided: false,
             warnings: Vec::new(),
         })

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use super::truth_file::TruthPoint;
 use crate::{
     scene::Scene,
-    trace::{NO_TRIANGLE, RayTracer, SurfacePoint, locate_point},
+    trace::{Located, NO_TRIANGLE, RayTracer, SurfacePoint, locate_point},
 };
 
 /// A point of a scene triangle: its number and barycentric coordinates.
@@ -50,8 +50,8 @@ pub fn truth_point(scene: &Scene, (triangle, barycentric): TrianglePoint) -> Tru
     }
 }
 
-/// The triangle under a file's point; `None` if it lies on no surface.
-pub fn locate(scene: &Scene, tracer: &impl RayTracer, point: &TruthPoint) -> Option<TrianglePoint> {
+/// What a file's point lies on; `None` if it lies on no surface.
+pub fn locate(scene: &Scene, tracer: &impl RayTracer, point: &TruthPoint) -> Option<Located> {
     locate_point(tracer, scene, scene.frame.point_to_local(point.position), point.normal.as_vec3())
 }
 

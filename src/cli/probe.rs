@@ -12,7 +12,7 @@ use super::{Outcome, files, solved_scene};
 use crate::{
     scene::mesh,
     solver::{PointIrradiance, Reconstruction},
-    trace::{Tracer, locate::locate_point},
+    trace::{Located, Tracer, locate_point},
 };
 
 /// Arguments of `radiosity probe`.
@@ -42,9 +42,13 @@ pub fn run(args: &ProbeArgs) -> anyhow::Result<Outcome> {
     let rebuilt = field.rebuilt(&scene, &tracer, args.reconstruct);
     let irradiance_at = |position: DVec3, normal: Vec3| {
         let normal = Some(mesh::unit_or_zero(normal)).filter(|normal| *normal != Vec3::ZERO)?;
-        let (triangle, place) = locate_point(&tracer, &scene, scene.frame.point_to_local(position), normal)?;
-        let (direct, total) = rebuilt(triangle, place);
-        Some(PointIrradiance { direct, total })
+        match locate_point(&tracer, &scene, scene.frame.point_to_local(position), normal)? {
+            Located::Enclosed => Some(PointIrradiance::default()),
+            Located::On(triangle, place) => {
+                let (direct, total) = rebuilt(triangle, place);
+                Some(PointIrradiance { direct, total })
+            }
+        }
     };
     let mut counts = ProbeCounts::default();
     files::write_atomically(&args.output, |writer| {

@@ -17,7 +17,7 @@ use crate::{
         truth_file::{self, TruthFile, TruthPoint, TruthValue},
     },
     scene::{Scene, area_light::AreaLightState},
-    trace::{SurfacePoint, Tracer},
+    trace::{Located, SurfacePoint, Tracer},
 };
 
 /// Arguments of `radiosity truth`.
@@ -105,7 +105,11 @@ fn points_of(args: &TruthArgs, scene: &Scene, tracer: &Tracer) -> anyhow::Result
     if astray > 0 {
         eprintln!("warning: {astray} of {} points lie on no surface of the scene; kept where they are", points.len());
     }
-    let origins = points.iter().zip(located).map(|(point, place)| ray_origin(scene, point, place)).collect();
+    let origins = points
+        .iter()
+        .zip(located)
+        .map(|(point, place)| ray_origin(scene, point, place.and_then(Located::on)))
+        .collect();
     Ok((points, origins))
 }
 

@@ -225,6 +225,7 @@ mod tests {
             materials: vec![grey, lamp],
             textures: Vec::new(),
             frame,
+            enclosed: Vec::new(),
             two_sided: false,
             warnings: Vec::new(),
         };

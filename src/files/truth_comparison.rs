@@ -23,7 +23,7 @@ pub struct TruthComparison {
     pub errors: FieldErrors,
     /// Points of the file that lie on no surface of the scene, and were left out.
     pub off_surface: usize,
-    /// The error at each of the other points.
+    /// The error at each of the other points, but for those that are enclosed.
     pub points: Vec<PointError>,
 }
 
@@ -54,9 +54,9 @@ pub fn compare_with_truth(
         .points
         .par_iter()
         .map(|point| {
-            let (triangle, place) = locate(scene, tracer, point)?;
-            let (direct, total) = at(triangle, place);
-            Some((direct.as_dvec3(), total.as_dvec3(), triangle, place))
+            let place = locate(scene, tracer, point)?.on();
+            let (direct, total) = place.map_or((Vec3::ZERO, Vec3::ZERO), |(triangle, place)| at(triangle, place));
+            Some((direct.as_dvec3(), total.as_dvec3(), place))
         })
         .collect();
     let off_surface = rebuilt.iter().filter(|value| value.is_none()).count();
@@ -66,12 +66,10 @@ pub fn compare_with_truth(
     let found = || rebuilt.iter().zip(values).filter_map(|(value, truth)| Some((value.as_ref()?, truth)));
     let (direct, total): (Vec<_>, Vec<_>) = found().map(|((direct, total, ..), _)| (*direct, *total)).unzip();
     let (true_direct, true_total): (Vec<_>, Vec<_>) = found().map(|(_, truth)| (truth.direct, truth.total)).unzip();
-    let points = found().map(|((_, total, triangle, barycentric), truth)| PointError {
-        triangle: *triangle,
-        barycentric: *barycentric,
-        difference: *total - truth.total,
-    });
-    let points = points.collect();
+    let error_at = |((_, total, place), truth): (&(DVec3, DVec3, Option<(u32, Vec2)>), &TruthValue)| {
+        place.map(|(triangle, barycentric)| PointError { triangle, barycentric, difference: *total - truth.total })
+    };
+    let points = found().filter_map(error_at).collect();
     let errors =
         field_errors(Field { direct: &direct, total: &total }, Field { direct: &true_direct, total: &true_total });
     Ok(TruthComparison { errors, off_surface, points })

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use uvunwrap::{Density, MeshInput, Options, Packing, Stage};
 
 use super::{charts::Charts, coverage::TexelTriangle};
-use crate::scene::Scene;
+use crate::scene::{Mesh, Scene};
 
 /// How fine a lightmap is.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -95,20 +95,22 @@ pub fn unwrap(
         return Err(problem);
     }
     let density = settings.texels_per_unit(scene)?;
-    if let Some(charts) = own_coordinates(scene, density, settings.page_size) {
-        return Ok(Some(charts));
+    let Seams { seams, is_torn } = Seams::of(scene);
+    // The scene's own charts know nothing of what stands on its surfaces.
+    let own = if is_torn { None } else { own_coordinates(scene, density, settings.page_size) };
+    if own.is_some() {
+        return Ok(own);
     }
     let sides = sides(scene);
     let materials = &scene.mesh.material_indices;
     let ignored: Vec<bool> = (0..materials.len() as u32).map(|triangle| is_hole(scene, triangle)).collect();
-    let creases = creases(scene);
     let positions: &[[f32; 3]] = bytemuck::cast_slice(&scene.mesh.positions);
     let meshes: Vec<MeshInput<'_>> = sides
         .iter()
         .map(|side| MeshInput {
             face_materials: Some(&materials[side.clone()]),
             ignored_faces: Some(&ignored[side.clone()]),
-            seams: Some(&creases[side.clone()]),
+            seams: Some(&seams[side.clone()]),
             ..MeshInput::new(positions, bytemuck::cast_slice(&scene.mesh.triangles[side.clone()]))
         })
         .collect();
@@ -135,30 +137,52 @@ fn sides(scene: &Scene) -> Vec<std::ops::Range<usize>> {
     if scene.two_sided { vec![0..count / 2, count / 2..count] } else { vec![0..count; 1] }
 }
 
-/// Sides of triangles where the surface bends by more than [`CREASE_DEGREES`]: there the light changes at once, and a
-/// texel must not reach across.
-fn creases(scene: &Scene) -> Vec<[bool; 3]> {
-    let mesh = &scene.mesh;
-    let limit = CREASE_DEGREES.to_radians().cos();
-    let mut neighbours: HashMap<[[u32; 3]; 2], Vec<u32>> = HashMap::new();
-    let ends = |triangle: u32, side: usize| {
-        let corners = mesh.corners(triangle);
-        let mut ends = [corners[side], corners[(side + 1) % 3]].map(|end| end.to_array().map(f32::to_bits));
-        ends.sort_unstable();
-        ends
-    };
-    let count = mesh.triangles.len() as u32;
-    for triangle in 0..count {
-        (0..3).for_each(|side| neighbours.entry(ends(triangle, side)).or_default().push(triangle));
+/// Where a surface is cut into charts.
+struct Seams {
+    /// The sides of triangles where it bends by more than [`CREASE_DEGREES`], or where something stands on it: there the
+    /// light changes at once, and a texel must not reach across.
+    seams: Vec<[bool; 3]>,
+    /// Something stands on a surface somewhere.
+    is_torn: bool,
+}
+
+impl Seams {
+    fn of(scene: &Scene) -> Self {
+        let mesh = &scene.mesh;
+        let limit = CREASE_DEGREES.to_radians().cos();
+        let mut neighbours: HashMap<[[u32; 3]; 2], Vec<u32>> = HashMap::new();
+        let ends = |triangle: u32, side: usize| {
+            let corners = mesh.corners(triangle);
+            let mut ends = [corners[side], corners[(side + 1) % 3]].map(|end| end.to_array().map(f32::to_bits));
+            ends.sort_unstable();
+            ends
+        };
+        let count = mesh.triangles.len() as u32;
+        for triangle in 0..count {
+            (0..3).for_each(|side| neighbours.entry(ends(triangle, side)).or_default().push(triangle));
+        }
+        let mut is_torn = false;
+        let mut is_seam = |triangle: u32, side: usize| {
+            let normal = mesh.geometric_normal(triangle);
+            let around = neighbours.get(&ends(triangle, side)).map_or(&[][..], Vec::as_slice);
+            // The other side of a two-sided surface has charts of its own.
+            let same_side = |other: u32| !scene.two_sided || (other < count / 2) == (triangle < count / 2);
+            let others = || around.iter().filter(|&&other| same_side(other));
+            let tears = others().any(|&other| are_torn(mesh, [triangle, other]));
+            is_torn |= tears;
+            tears || others().any(|&other| normal.dot(mesh.geometric_normal(other)) < limit)
+        };
+        let seams = (0..count).map(|triangle| [0, 1, 2].map(|side| is_seam(triangle, side))).collect();
+        Self { seams, is_torn }
     }
-    let bends = |triangle: u32, side: usize| {
-        let normal = mesh.geometric_normal(triangle);
-        let around = neighbours.get(&ends(triangle, side)).map_or(&[][..], Vec::as_slice);
-        // The other side of a two-sided surface has charts of its own.
-        let same_side = |other: u32| !scene.two_sided || (other < count / 2) == (triangle < count / 2);
-        around.iter().any(|&other| same_side(other) && normal.dot(mesh.geometric_normal(other)) < limit)
-    };
-    (0..count).map(|triangle| [0, 1, 2].map(|side| bends(triangle, side))).collect()
+}
+
+/// True if two triangles have corners of one position and one normal that are vertices of their own: something stands
+/// between them.
+fn are_torn(mesh: &Mesh, triangles: [u32; 2]) -> bool {
+    let [one, other] = triangles.map(|triangle| mesh.triangles[triangle as usize]);
+    let key = |vertex: u32| [mesh.positions[vertex as usize], mesh.normals[vertex as usize]];
+    one.iter().any(|&a| other.iter().any(|&b| a != b && key(a) == key(b)))
 }
 
 /// True for a triangle that light passes everywhere.

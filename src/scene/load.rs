@@ -2,11 +2,12 @@
 //!
 //! In order: bytes to text (`source`), text to lines that hold nothing unusable (`clean`), parsing and cutting
 //! polygons (`obj`, `polygon`), materials and textures (`mtl`, `textures`), repair (`repair`, `weld`), shading
-//! normals (`normals`), and last the mesh in local units (`build`), flat neighbours merged (`merge`). Up to there all
-//! geometry is in f64.
+//! normals (`normals`), and last the mesh in local units (`build`), flat neighbours merged (`merge`) and faces that touch
+//! settled (`contacts`). Up to there all geometry is in f64.
 
 mod build;
 mod clean;
+mod contacts;
 mod merge;
 mod mtl;
 mod normals;
@@ -20,6 +21,7 @@ mod weld;
 use std::path::Path;
 
 use super::{LoadOptions, Scene, SceneError};
+use build::Built;
 use mtl::MtlSource;
 
 /// Reads a scene: `path` is an OBJ file; its MTL files and textures are looked for beside it.
@@ -71,15 +73,15 @@ fn load_text(
     if soup.triangles.is_empty() {
         return Err(no_face(&warnings));
     }
-    let (mesh, frame) = build::build(soup, options, &mut warnings)
+    let mut textures = textures::attach(&mut materials, &wanted, options, &mut warnings);
+    mtl::settle_opacity(&mut materials, options.opaque, &mut warnings);
+    mtl::limit_reflectances(&mut materials, &mut textures, options.reflectance_limit, &mut warnings);
+    let Built { mesh, frame, enclosed } = build::build(soup, &materials, options, &mut warnings)
         .map_err(|problem| SceneError::new(path, problem, "export the scene again with its lengths in metres"))?;
     if mesh.triangles.is_empty() {
         return Err(no_face(&warnings));
     }
-    let mut textures = textures::attach(&mut materials, &wanted, options, &mut warnings);
-    mtl::settle_opacity(&mut materials, options.opaque, &mut warnings);
-    mtl::limit_reflectances(&mut materials, &mut textures, options.reflectance_limit, &mut warnings);
-    Ok(Scene { name, mesh, materials, textures, frame, two_sided: options.two_sided, warnings })
+    Ok(Scene { name, mesh, materials, textures, frame, enclosed, two_sided: options.two_sided, warnings })
 }
 
 /// "1 face", "2 faces": a count with its noun.

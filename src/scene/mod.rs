@@ -43,6 +43,9 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// How local units relate to the file's metres.
     pub frame: LocalFrame,
+    /// What the file has where no light ever comes, enclosed in solids that touch, and what is left out of the mesh: the
+    /// corners of those places [local units].
+    pub enclosed: Vec<[Vec3; 3]>,
     /// If set, the second half of the mesh's triangles are the flipped copies of the first half.
     pub two_sided: bool,
     /// What was dropped, repaired or missing at load; one line each, in the order met.

@@ -14,7 +14,7 @@ mod wide_tree;
 use glam::{Vec2, Vec3};
 
 pub use bvh::Tracer;
-pub use locate::locate_point;
+pub use locate::{Located, locate_point};
 pub use shaft::Shaft;
 pub use surface::SurfacePoint;
 

@@ -105,8 +105,12 @@ fn block_of(tree: &WideTree, child: u32) -> Option<&Block> {
     tree.blocks.get((child & !IS_BLOCK) as usize)
 }
 
+/// Faces that turn their backs to each other in one place, as the two sides of a card do, are met at distances that differ
+/// by rounding, the more so at a slant: a back counts as so much farther [local units], so that the front is met.
+const BACK_BEHIND_FRONT: f32 = 4e-6;
+
 /// The nearest hit of a ray at less than its largest distance. Of equal distances the lowest triangle wins, so that every
-/// tree gives the same answer. `excluded` is not hit, nor is what `is_solid` says no to. `stack` is scratch; the answer
+/// tree gives the same answer; a front wins against a back in the same place. `excluded` is not hit, nor is what `is_solid` says no to. `stack` is scratch; the answer
 /// is not known, `None`, where it is too short.
 #[inline(always)]
 pub(super) fn closest_hit<S: Simd>(
@@ -122,22 +126,24 @@ pub(super) fn closest_hit<S: Simd>(
     let sheared = ShearedLanes::new(simd, vectors);
     // A hit must be less than this, by distance and then by triangle.
     let mut nearest = Hit { triangle: 0, barycentric: Vec2::ZERO, distance: ray.max_distance, front: false };
+    let mut reach = ray.max_distance + BACK_BEHIND_FRONT;
     let (mut is_hit, mut height, mut current) = (false, 0, 0);
     loop {
         while let Some(node) = tree.nodes.get(current as usize) {
-            let (entered, children) = boxes.entered(simd, node, nearest.distance);
+            let (entered, children) = boxes.entered(simd, node, reach);
             if height + WIDTH > stack.len() {
                 return None;
             }
             (current, height) = nearest_child(node, entered, children.to_bitmask(), stack, height);
         }
         if let Some(block) = block_of(tree, current) {
-            let hits = sheared.meet(simd, block, nearest.distance);
+            let hits = sheared.meet(simd, block, reach);
             for lane in Bits(hits.lanes) {
-                let Some(hit) = sheared.hit(ray, &hits, block, lane, nearest.distance) else { continue };
-                let is_nearer = (hit.distance, hit.triangle) < (nearest.distance, nearest.triangle);
+                let Some(hit) = sheared.hit(ray, &hits, block, lane, reach) else { continue };
+                let rank = if hit.front { hit.distance } else { hit.distance + BACK_BEHIND_FRONT };
+                let is_nearer = (rank, hit.triangle) < (reach, nearest.triangle) && hit.distance < ray.max_distance;
                 if is_nearer && hit.triangle != excluded && is_solid(hit.triangle, hit.barycentric) {
-                    (nearest, is_hit) = (hit, true);
+                    (nearest, reach, is_hit) = (hit, rank, true);
                 }
             }
         }
@@ -146,7 +152,7 @@ pub(super) fn closest_hit<S: Simd>(
                 return Some(is_hit.then_some(nearest));
             }
             height -= 1;
-            if f32::from_bits((stack[height] >> 32) as u32) <= nearest.distance {
+            if f32::from_bits((stack[height] >> 32) as u32) <= reach {
                 current = stack[height] as u32;
                 break;
             }

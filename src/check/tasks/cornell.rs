@@ -55,7 +55,8 @@ fn cornell() -> &'static Cornell {
         // Points under the blocks are dark, and told badly by elements that lie under them in part.
         let is_lit = |value: &TruthValue| value.total.max_element() > 1e-3;
         let pairs = truths.points.iter().zip(values).filter(|(_, value)| is_lit(value));
-        let truths = pairs.filter_map(|(point, value)| Some((locate(&stage.scene, &stage.tracer, point)?, value)));
+        let truths =
+            pairs.filter_map(|(point, value)| Some((locate(&stage.scene, &stage.tracer, point)?.on()?, value)));
         let truths: Vec<_> = truths.collect();
         Cornell { light: state.light, truths, stage }
     })

@@ -107,7 +107,17 @@ impl Stage {
         let name = String::from("stage");
         let frame = LocalFrame::default();
         Self::of(
-            Scene { name, mesh, materials, textures, frame, two_sided: false, warnings: Vec::new() }.into(),
+            Scene {
+                name,
+                mesh,
+                materials,
+                textures,
+                frame,
+                enclosed: Vec::new(),
+                two_sided: false,
+                warnings: Vec::new(),
+            }
+            .into(),
             subdivide,
         )
     }

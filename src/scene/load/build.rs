@@ -4,11 +4,12 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec2, Vec3};
 
+use super::contacts::{self, Rules};
 use super::merge::{Faces, ShadedCorners, merge_flat};
 use super::normals::corner_normals;
 use super::obj::{Corner, Soup, Triangle};
 use super::{repair, weld};
-use crate::scene::{LoadOptions, LocalFrame, Mesh};
+use crate::scene::{LoadOptions, LocalFrame, Material, Mesh};
 
 /// In m: smaller scenes have areas that f32 cannot hold.
 const SMALLEST_SIZE: f64 = 1e-15;
@@ -16,12 +17,21 @@ const SMALLEST_SIZE: f64 = 1e-15;
 /// More triangles do not fit 32-bit numbers when each gets a second side.
 const MOST_TRIANGLES: usize = 1 << 29;
 
+/// A mesh in local units.
+pub(super) struct Built {
+    pub(super) mesh: Mesh,
+    pub(super) frame: LocalFrame,
+    /// See [`crate::scene::Scene::enclosed`].
+    pub(super) enclosed: Vec<[Vec3; 3]>,
+}
+
 /// Puts triangles with area into local units, drops what repeats or vanishes there, and gives them normals.
 pub(super) fn build(
     mut soup: Soup,
+    materials: &[Material],
     options: &LoadOptions,
     warnings: &mut Vec<String>,
-) -> Result<(Mesh, LocalFrame), String> {
+) -> Result<Built, String> {
     if soup.triangles.len() > MOST_TRIANGLES {
         return Err(format!("{} triangles are more than the {MOST_TRIANGLES} that fit", soup.triangles.len()));
     }
@@ -35,15 +45,27 @@ pub(super) fn build(
     }
     let (minimum, maximum) = weld::bounds(&soup);
     let frame = LocalFrame::of_bounds(minimum, maximum);
-    let positions = merge_equal_positions(&mut soup, &frame);
-    let before = soup.triangles.len();
-    soup.triangles.retain(|triangle| has_local_area(triangle, &positions));
-    repair::tell_dropped(before - soup.triangles.len(), "too thin for single precision", warnings);
+    let mut positions = merge_equal_positions(&mut soup, &frame);
+    repair::keep(&mut soup.triangles, ["too thin for single precision"; 2], warnings, |triangle| {
+        has_local_area(triangle, &positions)
+    });
     repair::drop_duplicates(&mut soup.triangles, options.two_sided, warnings);
     let exact = |position: &DVec3| (*position - frame.origin) / frame.metres_per_unit;
     let points: Vec<DVec3> = soup.positions.iter().map(exact).collect();
     let normals = corner_normals(&soup, &points, options.crease_angle, warnings);
-    Ok((assemble(&soup, &positions, &normals, options), frame))
+    let mut faces = oriented(&soup, &normals, options.flip);
+    if options.merge_flat == Some(true) {
+        merge_flat(&mut faces, &positions);
+    }
+    let rules = Rules {
+        emits: &materials.iter().map(|one| one.emitted_radiance.max_element() > 0.0).collect::<Vec<_>>(),
+        has_holes: &materials.iter().map(|one| one.opacity_texture.is_some() || one.opacity < 0.5).collect::<Vec<_>>(),
+        two_sided: options.two_sided,
+    };
+    let settled = contacts::settle(faces, &mut positions, &rules);
+    warnings.extend(settled.findings.told(materials, &frame));
+    let mesh = assemble(settled.faces, &settled.fans, &positions, options.two_sided);
+    Ok(Built { mesh, frame, enclosed: settled.findings.enclosed_places })
 }
 
 /// Local positions. Triangles are changed to use the first of those that are equal in local single precision.
@@ -66,14 +88,16 @@ fn has_local_area(triangle: &Triangle, positions: &[Vec3]) -> bool {
     scaled_normal != Vec3::ZERO && scaled_normal.is_finite()
 }
 
-/// Merges flat neighbours, numbers the vertices (position and normal) in the order in which triangles use them, and adds
-/// the second sides.
-fn assemble(soup: &Soup, positions: &[Vec3], normals: &[[DVec3; 3]], options: &LoadOptions) -> Mesh {
-    let turn = |[a, b, c]: ShadedCorners| [a, c, b].map(|(id, normal)| (id, Vec3::ZERO - normal));
+fn turned([a, b, c]: ShadedCorners) -> ShadedCorners {
+    [a, c, b].map(|(id, normal)| (id, Vec3::ZERO - normal))
+}
+
+/// The triangles with their normals, on the side that is to be the front.
+fn oriented(soup: &Soup, normals: &[[DVec3; 3]], flip: bool) -> Faces {
     let front = soup.triangles.iter().zip(normals).map(|(triangle, normals)| {
         let corner = |place: usize| (triangle.corners[place].position, normals[place].as_vec3() + Vec3::ZERO);
         let corners = [0, 1, 2].map(corner);
-        if options.flip { turn(corners) } else { corners }
+        if flip { turned(corners) } else { corners }
     });
     let mut faces = Faces {
         corners: front.collect(),
@@ -81,17 +105,22 @@ fn assemble(soup: &Soup, positions: &[Vec3], normals: &[[DVec3; 3]], options: &L
         texcoords: Vec::new(),
     };
     if soup.has_texcoords {
-        let swap = |[a, b, c]: [Vec2; 3]| if options.flip { [a, c, b] } else { [a, b, c] };
+        let swap = |[a, b, c]: [Vec2; 3]| if flip { [a, c, b] } else { [a, b, c] };
         faces.texcoords.extend(soup.triangles.iter().map(|triangle| swap(corner_texcoords(soup, &triangle.corners))));
     }
-    if options.merge_flat == Some(true) {
-        merge_flat(&mut faces, positions);
-    }
+    faces
+}
+
+/// Adds the second sides and numbers the vertices (position, normal and fan) in the order in which triangles use them.
+fn assemble(faces: Faces, fans: &[u32], positions: &[Vec3], two_sided: bool) -> Mesh {
     let Faces { corners: mut sides, materials: mut material_indices, mut texcoords } = faces;
-    if options.two_sided {
+    let mut side_fans: Vec<[u32; 3]> = fans.chunks_exact(3).map(|fans| [fans[0], fans[1], fans[2]]).collect();
+    if two_sided {
         let count = sides.len();
         sides.extend_from_within(..);
-        sides[count..].iter_mut().for_each(|side| *side = turn(*side));
+        sides[count..].iter_mut().for_each(|side| *side = turned(*side));
+        side_fans.extend_from_within(..);
+        side_fans[count..].iter_mut().for_each(|fans| fans.swap(1, 2));
         material_indices.extend_from_within(..);
         texcoords.extend_from_within(..);
         texcoords.iter_mut().skip(count).for_each(|corners| corners.swap(1, 2));
@@ -99,9 +128,10 @@ fn assemble(soup: &Soup, positions: &[Vec3], normals: &[[DVec3; 3]], options: &L
     let mut mesh = Mesh { texcoords, material_indices, ..Default::default() };
     let mut numbers = HashMap::with_capacity(positions.len());
     mesh.triangles.reserve(sides.len());
-    for side in sides {
-        mesh.triangles.push(side.map(|(id, normal)| {
-            *numbers.entry((id, normal.to_array().map(f32::to_bits))).or_insert_with(|| {
+    for (side, fans) in sides.into_iter().zip(side_fans) {
+        mesh.triangles.push([0, 1, 2].map(|place| {
+            let ((id, normal), fan) = (side[place], fans[place]);
+            *numbers.entry((id, normal.to_array().map(f32::to_bits), fan)).or_insert_with(|| {
                 mesh.positions.push(positions[id as usize]);
                 mesh.normals.push(normal);
                 mesh.positions.len() as u32 - 1

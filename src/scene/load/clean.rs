@@ -69,6 +69,8 @@ pub(super) struct CleanObj {
     pub(super) materials: Vec<String>,
     /// What follows each `mtllib`, each once, in the order met.
     pub(super) libraries: Vec<String>,
+    /// The line that each face is in.
+    pub(super) face_lines: Vec<u32>,
     /// True if a face refers to a texture coordinate.
     pub(super) has_texcoords: bool,
     /// Count and first line number of each of `PROBLEMS`.
@@ -178,7 +180,10 @@ impl CleanObj {
                 "vt" => seen[1] += 1,
                 "vn" => seen[2] += 1,
                 "f" | "fo" => match self.read_face(rest, seen, line_number, &mut corners) {
-                    Ok(()) => self.write_face(&corners),
+                    Ok(()) => {
+                        self.face_lines.push(line_number as u32);
+                        self.write_face(&corners);
+                    }
                     Err(problem) => self.note(problem, line_number),
                 },
                 "l" => self.note(Problem::Lines, line_number),

@@ -18,6 +18,8 @@ pub(super) struct Soup {
     pub(super) has_texcoords: bool,
     /// Corners of polygons that no triangle uses: repeated, on a straight edge, or where edges cross.
     pub(super) left_out_corners: usize,
+    /// The line of the first face that has such a corner.
+    pub(super) left_out_line: u32,
     /// The triangles, in the order of the file.
     pub(super) triangles: Vec<Triangle>,
     /// The names of the materials that triangles use; none before the first `usemtl`.
@@ -29,6 +31,8 @@ pub(super) struct Soup {
 pub(super) struct Triangle {
     pub(super) corners: [Corner; 3],
     pub(super) material: u32,
+    /// The file's line that its face is in.
+    pub(super) line: u32,
 }
 
 /// Indices into the arrays of a [`Soup`].
@@ -67,18 +71,26 @@ pub(super) fn parse(cleaned: CleanObj) -> Result<Soup, tobj::LoadError> {
     let mut soup = Soup { has_texcoords: cleaned.has_texcoords, ..Default::default() };
     let mut material_slots = vec![None; name_count + 1];
     let mut triangulator = Triangulator::default();
+    let mut lines = cleaned.face_lines.iter().copied();
     for model in models.into_iter().filter(|model| !model.mesh.indices.is_empty()) {
         let slot = &mut material_slots[model.mesh.material_id.unwrap_or(name_count)];
         let material = *slot.get_or_insert_with(|| {
             soup.materials.push(model.mesh.material_id.map(|number| cleaned.materials[number].clone()));
             soup.materials.len() as u32 - 1
         });
-        append(&mut soup, &model.mesh, material, &mut triangulator);
+        append(&mut soup, &model.mesh, material, &mut lines, &mut triangulator);
     }
     Ok(soup)
 }
 
-fn append(soup: &mut Soup, mesh: &tobj::Mesh, material: u32, triangulator: &mut Triangulator) {
+/// Appends a mesh whose faces are in the next of `lines`.
+fn append(
+    soup: &mut Soup,
+    mesh: &tobj::Mesh,
+    material: u32,
+    lines: &mut impl Iterator<Item = u32>,
+    triangulator: &mut Triangulator,
+) {
     let base = [soup.positions.len() as u32, soup.normals.len() as u32, soup.texcoords.len() as u32];
     soup.positions.extend(mesh.positions.chunks_exact(3).map(DVec3::from_slice));
     soup.normals.extend(mesh.normals.chunks_exact(3).map(DVec3::from_slice));
@@ -90,21 +102,28 @@ fn append(soup: &mut Soup, mesh: &tobj::Mesh, material: u32, triangulator: &mut 
     };
     if mesh.face_arities.is_empty() {
         let starts = (0..mesh.indices.len()).step_by(3);
-        soup.triangles.extend(starts.map(|start| Triangle { corners: [0, 1, 2].map(|k| corner(start + k)), material }));
+        soup.triangles.extend(starts.zip(lines).map(|(start, line)| {
+            let corners = [0, 1, 2].map(|place| corner(start + place));
+            Triangle { corners, material, line }
+        }));
         return;
     }
     let mut start = 0;
     let mut points = Vec::new();
-    for &arity in &mesh.face_arities {
+    for (&arity, line) in mesh.face_arities.iter().zip(lines) {
         let arity = arity as usize;
         let first_triangle = soup.triangles.len();
         points.clear();
         points.extend((start..start + arity).map(|place| soup.positions[corner(place).position as usize]));
         for cut in triangulator.triangulate(&points).chunks_exact(3) {
             let corners = [cut[0], cut[1], cut[2]].map(|place| corner(start + place as usize));
-            soup.triangles.push(Triangle { corners, material });
+            soup.triangles.push(Triangle { corners, material, line });
         }
-        soup.left_out_corners += (arity - 2).saturating_sub(soup.triangles.len() - first_triangle);
+        let left_out = (arity - 2).saturating_sub(soup.triangles.len() - first_triangle);
+        if left_out > 0 && soup.left_out_corners == 0 {
+            soup.left_out_line = line;
+        }
+        soup.left_out_corners += left_out;
         start += arity;
     }
 }

@@ -12,22 +12,40 @@ use crate::scene::LoadOptions;
 pub(super) fn mend(soup: &mut Soup, options: &LoadOptions, warnings: &mut Vec<String>) {
     if soup.left_out_corners > 0 {
         let corners = counted(soup.left_out_corners, "polygon corner");
-        warnings.push(format!("left out {corners} (repeated, on a straight edge, or where edges cross)"));
+        let line = soup.left_out_line;
+        warnings.push(format!(
+            "left out {corners} (repeated, on a straight edge, or where edges cross), first in line {line}"
+        ));
     }
     if let Some(fraction) = options.weld {
         weld::weld(soup, f64::from(fraction), warnings);
     }
     let positions = &soup.positions;
     let points = |triangle: &Triangle| triangle.position_ids().map(|position| positions[position as usize]);
-    let before = soup.triangles.len();
-    soup.triangles.retain(|triangle| has_area(points(triangle)));
-    tell_dropped(before - soup.triangles.len(), "without area", warnings);
+    keep(&mut soup.triangles, ["without area"; 2], warnings, |triangle| has_area(points(triangle)));
 }
 
-/// One warning for `count` dropped triangles, if any.
-pub(super) fn tell_dropped(count: usize, which: &str, warnings: &mut Vec<String>) {
-    if count > 0 {
-        warnings.push(format!("dropped {} {which}", counted(count, "triangle")));
+/// Keeps the triangles for which `is_kept` says so. One warning for the others, with the line of the first: `which` they
+/// are, for one and for several.
+pub(super) fn keep(
+    triangles: &mut Vec<Triangle>,
+    which: [&str; 2],
+    warnings: &mut Vec<String>,
+    mut is_kept: impl FnMut(&Triangle) -> bool,
+) {
+    let (mut count, mut first) = (0, 0);
+    triangles.retain(|triangle| {
+        let is_kept = is_kept(triangle);
+        if !is_kept {
+            first = if count == 0 { triangle.line } else { first };
+            count += 1;
+        }
+        is_kept
+    });
+    match count {
+        0 => {}
+        1 => warnings.push(format!("dropped 1 triangle {}, in line {first}", which[0])),
+        _ => warnings.push(format!("dropped {count} triangles {}, first in line {first}", which[1])),
     }
 }
 
@@ -46,8 +64,8 @@ fn has_area([a, b, c]: [DVec3; 3]) -> bool {
 /// if every triangle is to get two sides). Positions are equal if their indices are.
 pub(super) fn drop_duplicates(triangles: &mut Vec<Triangle>, any_winding: bool, warnings: &mut Vec<String>) {
     let mut seen = HashSet::with_capacity(triangles.len());
-    let before = triangles.len();
-    triangles.retain(|triangle| {
+    let which = ["that repeats an earlier one exactly", "that repeat earlier ones exactly"];
+    keep(triangles, which, warnings, |triangle| {
         let [a, b, c] = triangle.position_ids();
         let mut key = if a < b && a < c {
             [a, b, c]
@@ -61,7 +79,6 @@ pub(super) fn drop_duplicates(triangles: &mut Vec<Triangle>, any_winding: bool, 
         }
         seen.insert((key, triangle.material))
     });
-    tell_dropped(before - triangles.len(), "that repeat an earlier one exactly", warnings);
 }
 
 #[cfg(test)]
@@ -83,7 +100,7 @@ mod tests {
     fn copies_are_found_whatever_corner_they_start_at() {
         let triangle = |ids: [u32; 3], material| {
             let corners = ids.map(|position| Corner { position, ..Default::default() });
-            Triangle { corners, material }
+            Triangle { corners, material, line: 1 }
         };
         let all = [([4, 2, 3], 0), ([2, 3, 4], 0), ([3, 4, 2], 0), ([4, 3, 2], 0), ([4, 2, 3], 1), ([4, 2, 5], 0)];
         for (any_winding, kept) in [(false, 4), (true, 3)] {

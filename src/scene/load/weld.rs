@@ -40,12 +40,10 @@ pub(super) fn weld(soup: &mut Soup, fraction: f64, warnings: &mut Vec<String>) {
     if moved > 0 {
         warnings.push(format!("welded {} to another within {reach:.3e} m", counted(moved, "vertex")));
     }
-    let before = soup.triangles.len();
-    soup.triangles.retain(|triangle| {
+    repair::keep(&mut soup.triangles, ["that had two corners in one place"; 2], warnings, |triangle| {
         let [a, b, c] = triangle.position_ids();
         a != b && b != c && c != a
     });
-    repair::tell_dropped(before - soup.triangles.len(), "that had two corners in one place", warnings);
 }
 
 fn neighbours(cell: I64Vec3) -> impl Iterator<Item = I64Vec3> {

@@ -17,6 +17,7 @@ fn scene_of(positions: Vec<Vec3>, normals: Vec<Vec3>, triangles: Vec<[u32; 3]>) 
         materials: vec![Material::default()],
         textures: Vec::new(),
         frame: LocalFrame::default(),
+        enclosed: Vec::new(),
         two_sided: false,
         warnings: Vec::new(),
     }

@@ -28,7 +28,7 @@ const RAYS_PER_TASK: usize = 1 << 14;
 /// is too small for this to count is not cut to find out.
 const LARGEST_DIFFERENCE: f32 = 0.25;
 
-/// The bend that an edge from a free to a buried vertex counts for: what lies along an object's foot.
+/// The bend that an edge from a free to a buried vertex counts for, and an element at the corner of an object's foot.
 const BEND_AT_FOOT: f32 = 0.15;
 
 /// The bend that a fall of light from a vertex in a concave crease to the rest of its element counts for, in parts of it:
@@ -191,6 +191,7 @@ impl<'a> IndirectElements<'a> {
             }
             let bend = corners.iter().fold(0.0, |bend, &vertex| self.bend[vertex].max(bend)) * length;
             let at_border = match corners.iter().filter(|&&vertex| self.buried[vertex]).count() {
+                0 if corners.iter().any(|&vertex| self.smooth.at_foot[vertex]) => BEND_AT_FOOT,
                 0 => BEND_IN_CREASE * largest_fall(corners, &gathered, &self.smooth.in_crease) / self.scale,
                 3 => 0.0,
                 _ => BEND_AT_FOOT,

@@ -18,6 +18,8 @@ use crate::{
 pub(in crate::solver) struct SmoothField {
     /// Vertices in a concave crease: another surface rises from there.
     pub(in crate::solver) in_crease: Vec<bool>,
+    /// Those of them that the elements go around by more than half a turn: a corner of what stands there.
+    pub(in crate::solver) at_foot: Vec<bool>,
     offsets: Vec<u32>,
     neighbours: Vec<u32>,
     weights: Vec<Vec3>,
@@ -39,8 +41,10 @@ impl SmoothField {
     pub(in crate::solver) fn new(tessellation: &Tessellation, origins: &VertexOrigins, buried: &[bool]) -> Self {
         let mesh = &tessellation.mesh;
         let in_crease = in_creases(mesh, origins);
+        let goes_around = |vertex: usize| angle_around(mesh, origins, vertex as u32) > HALF_A_TURN;
+        let at_foot = (0..in_crease.len()).map(|vertex| in_crease[vertex] && goes_around(vertex)).collect();
         let (offsets, neighbours, weights, reaches) = (vec![0], Vec::new(), Vec::new(), Vec::new());
-        let mut field = Self { in_crease, offsets, neighbours, weights, reaches, spacing: Vec::new() };
+        let mut field = Self { in_crease, at_foot, offsets, neighbours, weights, reaches, spacing: Vec::new() };
         let mut around = Vec::new();
         for vertex in 0..mesh.positions.len() {
             around.clear();
@@ -168,6 +172,20 @@ fn in_creases(mesh: &Mesh, origins: &VertexOrigins) -> Vec<bool> {
         }
     }
     found
+}
+
+/// In radians, and a little more.
+const HALF_A_TURN: f32 = 1.1 * std::f32::consts::PI;
+
+/// The angle that the elements around a vertex take up there [rad].
+fn angle_around(mesh: &Mesh, origins: &VertexOrigins, vertex: u32) -> f32 {
+    let at = |&element: &u32| {
+        let position = mesh.positions[vertex as usize];
+        let others = mesh.triangles[element as usize].into_iter().filter(|&corner| corner != vertex);
+        let mut ways = others.map(|corner| mesh.positions[corner as usize] - position);
+        ways.next().zip(ways.next()).map_or(0.0, |(one, other)| one.angle_between(other))
+    };
+    origins.elements_around(vertex).iter().map(at).sum()
 }
 
 /// The sine of the angle from which on a surface is said to rise.

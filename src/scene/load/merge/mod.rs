@@ -34,16 +34,16 @@ pub(super) struct Faces {
 
 impl Faces {
     /// The positions of a triangle's corners.
-    fn ids(&self, triangle: u32) -> [u32; 3] {
+    pub(super) fn ids(&self, triangle: u32) -> [u32; 3] {
         self.corners[triangle as usize].map(|(id, _)| id)
     }
 
-    fn points(&self, triangle: u32, positions: &[Vec3]) -> [DVec3; 3] {
+    pub(super) fn points(&self, triangle: u32, positions: &[Vec3]) -> [DVec3; 3] {
         self.ids(triangle).map(|id| positions[id as usize].as_dvec3())
     }
 
     /// The position of corner `3 · triangle + place`.
-    fn id(&self, corner: u32) -> u32 {
+    pub(super) fn id(&self, corner: u32) -> u32 {
         self.corners[corner as usize / 3][corner as usize % 3].0
     }
 }
