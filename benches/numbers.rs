@@ -257,8 +257,9 @@ fn errors_at_truth(case: &Case, solved: &Solved, reconstruction: Reconstruction)
     let tracer = Tracer::new(Arc::clone(&case.scene));
     let field = Reconstructor::new(&case.scene, &tracer, &solved.tessellation, &solved.solution, reconstruction);
     let at = |point| {
-        let (triangle, barycentric) = locate(&case.scene, &tracer, point).unwrap();
-        let (direct, total) = field.direct_and_total(triangle, barycentric);
+        let place = locate(&case.scene, &tracer, point).unwrap().on();
+        let (direct, total) =
+            place.map_or_else(Default::default, |(triangle, at)| field.direct_and_total(triangle, at));
         (direct.as_dvec3(), total.as_dvec3())
     };
     let (direct, total): (Vec<_>, Vec<_>) = case.points.iter().map(at).unzip();

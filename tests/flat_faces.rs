@@ -227,7 +227,7 @@ fn the_cornell_box_that_comes_cut_costs_and_errs_as_the_whole_one_does() {
     let tracer = Tracer::new(Arc::clone(&problem.scene));
     let field = Reconstructor::new(&problem.scene, &tracer, &tessellation, &solution, Reconstruction::PointDirect);
     let at = |point| {
-        let (triangle, place) = locate(&problem.scene, &tracer, point).unwrap();
+        let (triangle, place) = locate(&problem.scene, &tracer, point).unwrap().on().unwrap();
         field.direct_and_total(triangle, place).1.as_dvec3()
     };
     let (mut squares, mut sum, mut count) = (0.0, 0.0, 0.0);

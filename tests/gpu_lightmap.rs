@@ -34,9 +34,10 @@ fn errors_against(
     total: &[Vec3],
 ) -> FieldErrors {
     let [direct, total] = [direct, total].map(|values| pages_of(&atlas.charts, &atlas.texels, values));
-    let places: Vec<_> = case.points.iter().map(|point| locate(&case.scene, tracer, point).unwrap()).collect();
+    let places: Vec<_> = case.points.iter().map(|point| locate(&case.scene, tracer, point).unwrap().on()).collect();
     let at = |pages: &[Vec3]| -> Vec<DVec3> {
-        places.iter().map(|(triangle, place)| atlas.charts.interpolate(pages, *triangle, *place).as_dvec3()).collect()
+        let value = |(triangle, place)| atlas.charts.interpolate(pages, triangle, place).as_dvec3();
+        places.iter().map(|place| place.map_or(DVec3::ZERO, value)).collect()
     };
     let (direct, total) = (at(&direct), at(&total));
     let known: (Vec<_>, Vec<_>) = case.values.iter().map(|value| (value.direct, value.total)).unzip();

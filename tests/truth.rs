@@ -77,7 +77,7 @@ fn sampled_points_are_found_on_their_own_triangles_and_cover_the_area() {
     for &(triangle, barycentric) in &places {
         counts[triangle as usize] += 1.0;
         let found = locate(&scene, &tracer, &truth_point(&scene, (triangle, barycentric)));
-        let (other, place) = found.unwrap();
+        let (other, place) = found.unwrap().on().unwrap();
         let apart = scene.mesh.position(other, place).distance(scene.mesh.position(triangle, barycentric));
         assert!(apart < 1e-6, "{triangle} {barycentric} is found {apart} away on {other}");
         assert!(scene.mesh.geometric_normal(other).dot(scene.mesh.geometric_normal(triangle)) > 0.99);

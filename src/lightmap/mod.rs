@@ -8,6 +8,7 @@ pub mod charts;
 pub mod coverage;
 pub mod dilate;
 mod openness;
+mod rooms;
 pub mod settings;
 pub mod texels;
 pub mod unwrap;

@@ -23,17 +23,18 @@ const COARSE: u32 = 2;
 /// And where those disagree.
 const FINE: u32 = 6;
 
-/// Looks at some points of a piece; more where they disagree.
+/// Looks at some points of a piece; more where they disagree. `see` is told the triangles that are seen from there.
 pub(super) fn openness(
     scene: &Scene,
     tracer: &dyn RayTracer,
     triangle: u32,
     flat: &TexelTriangle,
     piece: &Piece,
+    mut see: impl FnMut(u32),
 ) -> Openness {
     let mut clearance = f32::INFINITY;
     let mut test = |point: Vec2| {
-        let found = clearance_of(scene, tracer, triangle, point);
+        let found = clearance_of(scene, tracer, triangle, point, &mut see);
         clearance = clearance.min(found.unwrap_or(f32::INFINITY));
         found.is_some()
     };
@@ -65,10 +66,16 @@ pub(super) fn points_in(flat: &TexelTriangle, piece: &Piece, side: u32) -> Vec<V
 }
 
 /// How far the next surface is; none in a cut-out's hole and where the point is buried.
-fn clearance_of(scene: &Scene, tracer: &dyn RayTracer, triangle: u32, point: Vec2) -> Option<f32> {
+fn clearance_of(
+    scene: &Scene,
+    tracer: &dyn RayTracer,
+    triangle: u32,
+    point: Vec2,
+    see: impl FnMut(u32),
+) -> Option<f32> {
     if scene.may_be_cut_out(triangle) && scene.is_cut_out(triangle, point) {
         return None;
     }
-    let around = SurfacePoint::new(scene, triangle, point).surroundings(tracer);
+    let around = SurfacePoint::new(scene, triangle, point).surroundings(tracer, see);
     (!around.is_buried).then_some(around.clearance)
 }

@@ -1,5 +1,6 @@
 //! The texel table: what a lightmap's texels are in the scene.
 
+use std::collections::HashSet;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
 use glam::{Vec2, Vec3};
@@ -9,6 +10,7 @@ use super::{
     charts::Charts,
     coverage::{Piece, TexelTriangle},
     openness::{openness, points_in},
+    rooms::rooms,
 };
 use crate::{
     scene::{Scene, mesh::unit_or_zero},
@@ -25,6 +27,8 @@ pub struct Texel {
     pub triangle: u32,
     /// The chart it lies in.
     pub chart: u32,
+    /// The number of its room: no light comes from another one.
+    pub room: u32,
     /// Middle of the covered, open part [local units], lifted off the surface by its rounding error.
     pub position: Vec3,
     /// Unit normal of the surface.
@@ -71,31 +75,45 @@ pub fn texel_table(
     let triangle_count = charts.pages.len();
     let (done, stopped) = (AtomicUsize::new(0), AtomicBool::new(false));
     const TRIANGLES_PER_TASK: usize = 64;
-    let parts: Vec<Vec<Part>> = (0..triangle_count.div_ceil(TRIANGLES_PER_TASK))
+    let found: Vec<(Vec<Part>, Vec<[u32; 2]>)> = (0..triangle_count.div_ceil(TRIANGLES_PER_TASK))
         .into_par_iter()
         .map(|task| {
-            let mut parts = Vec::new();
+            let (mut parts, mut sights) = (Vec::new(), Vec::new());
             let end = ((task + 1) * TRIANGLES_PER_TASK).min(triangle_count);
             for triangle in task * TRIANGLES_PER_TASK..end {
                 if stopped.load(Relaxed) {
-                    return parts;
+                    break;
                 }
-                parts_of_triangle(scene, tracer, (charts, middles_only), triangle as u32, &stopped, &mut parts);
+                let mut seen = HashSet::new();
+                parts_of_triangle(
+                    scene,
+                    tracer,
+                    (charts, middles_only),
+                    triangle as u32,
+                    &stopped,
+                    &mut parts,
+                    |other| {
+                        if seen.insert(other) {
+                            sights.push([triangle as u32, other]);
+                        }
+                    },
+                );
             }
             let done = done.fetch_add(TRIANGLES_PER_TASK, Relaxed) + TRIANGLES_PER_TASK;
             if !progress((done as f32 / triangle_count as f32).min(1.0)) {
                 stopped.store(true, Relaxed);
             }
-            parts
+            (parts, sights)
         })
         .collect();
     if stopped.into_inner() {
         return None;
     }
-    let mut parts: Vec<Part> = parts.into_iter().flatten().collect();
+    let rooms = rooms(&scene.mesh, found.iter().flat_map(|(_, sights)| sights.iter().copied()));
+    let mut parts: Vec<Part> = found.into_iter().flat_map(|(parts, _)| parts).collect();
     parts.sort_by_key(|part| part.pixel); // stable: parts of one texel stay in the order of their triangles
     let mut texels: Vec<Texel> =
-        parts.chunk_by(|a, b| a.pixel == b.pixel).map(|parts| merged(scene, charts, parts)).collect();
+        parts.chunk_by(|a, b| a.pixel == b.pixel).map(|parts| merged(scene, charts, &rooms, parts)).collect();
     give_away_slivers(charts, &mut texels);
     texels.sort_by_cached_key(|texel| (block_key(charts, texel, 0), texel.pixel));
     Some(texels)
@@ -164,6 +182,7 @@ fn parts_of_triangle(
     triangle: u32,
     stopped: &AtomicBool,
     parts: &mut Vec<Part>,
+    mut see: impl FnMut(u32),
 ) {
     let index = triangle as usize;
     if charts.chart_of_triangle[index] == u32::MAX {
@@ -180,7 +199,7 @@ fn parts_of_triangle(
         let Some(piece) = (if middles_only { piece.whole_texel(&flat) } else { Some(piece) }) else {
             return;
         };
-        let open = openness(scene, tracer, triangle, &flat, &piece);
+        let open = openness(scene, tracer, triangle, &flat, &piece, &mut see);
         parts.push(Part {
             pixel: charts.pixel(charts.pages[index], piece.texel[0], piece.texel[1]) as u32,
             triangle,
@@ -205,7 +224,7 @@ fn mean_reflectance(scene: &Scene, triangle: u32, flat: &TexelTriangle, piece: &
 }
 
 /// The parts of one texel as one.
-fn merged(scene: &Scene, charts: &Charts, parts: &[Part]) -> Texel {
+fn merged(scene: &Scene, charts: &Charts, rooms: &[u32], parts: &[Part]) -> Texel {
     let mesh = &scene.mesh;
     let area: f32 = parts.iter().map(|part| part.area).sum();
     let open: f32 = parts.iter().map(|part| part.area * part.open).sum();
@@ -234,6 +253,7 @@ fn merged(scene: &Scene, charts: &Charts, parts: &[Part]) -> Texel {
         pixel: parts[0].pixel,
         triangle,
         chart: charts.chart_of_triangle[triangle as usize],
+        room: rooms[triangle as usize],
         position: lift(position, geometric_normal, [a, b, c]),
         geometric_normal,
         shading_normal: if shading == Vec3::ZERO { geometric_normal } else { shading },

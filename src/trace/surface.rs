@@ -58,11 +58,11 @@ impl SurfacePoint {
 
     /// True if nearly all rays from the point meet back faces: the rule by which vertices are found to be buried.
     pub fn is_buried(&self, tracer: &dyn RayTracer) -> bool {
-        self.surroundings(tracer).is_buried
+        self.surroundings(tracer, |_| ()).is_buried
     }
 
-    /// What rays all over the hemisphere meet.
-    pub fn surroundings(&self, tracer: &dyn RayTracer) -> Surroundings {
+    /// What rays all over the hemisphere meet; `see` is told each triangle whose front they do.
+    pub fn surroundings(&self, tracer: &dyn RayTracer, mut see: impl FnMut(u32)) -> Surroundings {
         let normal = self.geometric_normal;
         let basis = Mat3::from_cols(
             normal.any_orthogonal_vector().normalize(),
@@ -78,6 +78,9 @@ impl SurfacePoint {
         let (mut traced, mut back_hits, mut clearance) = (0, 0, f32::INFINITY);
         for hit in rays.inspect(|_| traced += 1).filter_map(|ray| tracer.closest_hit(&ray)) {
             back_hits += u32::from(!hit.front);
+            if hit.front {
+                see(hit.triangle);
+            }
             clearance = clearance.min(hit.distance);
         }
         Surroundings { is_buried: is_buried_by(back_hits, traced), clearance }

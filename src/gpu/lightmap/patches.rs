@@ -64,8 +64,8 @@ pub struct Receiver {
     pub triangle: u32,
     /// Unit normal that light is received about.
     pub shading_normal: Vec3,
-    /// Not used.
-    pub spare_too: f32,
+    /// The number of its room.
+    pub room: u32,
     /// Reflectance.
     pub reflectance: Vec3,
     /// Not used.
@@ -272,6 +272,7 @@ fn receiver(texel: &Texel) -> Receiver {
         geometric_normal: texel.geometric_normal,
         triangle: texel.triangle,
         shading_normal: texel.shading_normal,
+        room: texel.room,
         reflectance: texel.reflectance,
         ..Receiver::default()
     }

@@ -34,7 +34,8 @@ struct Receiver {
     geometric_normal: vec3f,
     triangle: u32,
     shading_normal: vec3f,
-    spare_too: f32,
+    // No light comes from another room.
+    room: u32,
     reflectance: vec3f,
     spare_again: f32,
 }

@@ -65,7 +65,9 @@ fn receive(
         for (var slot = settings.first_slot; slot < settings.end_slot; slot++) {
             // On a bent surface a group's own texels may lie before its plane.
             let is_own = index - shooters[slot].first < shooters[slot].count;
-            let factor = select(form_factor(receiver, slot), 0.0, is_own);
+            // What a hemicube's pixels let through at the foot of a wall goes to no other room.
+            let is_apart = shooters[slot].count > 0u && receivers[shooters[slot].first].room != receiver.room;
+            let factor = select(form_factor(receiver, slot), 0.0, is_own || is_apart);
             if factor > 0.0 {
                 let added = factor * seen(receiver, slot) * shooters[slot].radiosity;
                 total += added;

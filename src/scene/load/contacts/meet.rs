@@ -44,6 +44,12 @@ impl Flat {
         Self { ids, points, normal, inwards }
     }
 
+    /// The axis along which it reaches farthest.
+    pub(super) fn longest_axis(&self) -> usize {
+        let [a, b, c] = self.points;
+        (a.max(b).max(c) - a.min(b).min(c)).max_position()
+    }
+
     pub(super) fn longest_edge(&self) -> f64 {
         [0, 1, 2].map(|edge| self.points[edge].distance(self.points[(edge + 1) % 3])).into_iter().fold(0.0, f64::max)
     }

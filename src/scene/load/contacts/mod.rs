@@ -1,13 +1,15 @@
 //! Faces that touch: laid on one another, standing on one another, crossing.
 //!
 //! Where faces come within a millionth of the scene of each other, each draws a line on the other (`meet`). Every face is
-//! cut along the lines on it (`cut`), so that each piece lies on one side of whatever stands there. Then each place gets
+//! cut along the lines on it (`draw`, `cut`), so that each piece lies on one side of whatever stands there. Then each place gets
 //! one surface, and what is enclosed between solids is left out (`owners`); and pieces on two sides of what stands between
 //! them get vertices of their own (`tears`), so that no method interpolates or averages across it.
 
 mod cut;
+mod draw;
 mod meet;
 mod owners;
+mod points;
 mod tears;
 
 use glam::{DVec3, Vec3};

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::cut::{Cuts, edge_key};
+use super::{cut::Cuts, points::edge_key};
 use crate::scene::load::merge::Faces;
 
 /// For each corner `3 · triangle + place` of the cut faces the number of its fan at its position: corners of one position
