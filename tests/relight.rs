@@ -35,8 +35,14 @@ impl RayTracer for Counting {
         self.tracer.occluded(ray)
     }
 
-    fn triangles_in_shaft(&self, shaft: &Shaft, limit: usize, triangles: &mut Vec<u32>) -> bool {
-        self.tracer.triangles_in_shaft(shaft, limit, triangles)
+    fn triangles_in_shaft(
+        &self,
+        shaft: &Shaft,
+        is_left_out: &dyn Fn(u32) -> bool,
+        limit: usize,
+        triangles: &mut Vec<u32>,
+    ) -> bool {
+        self.tracer.triangles_in_shaft(shaft, is_left_out, limit, triangles)
     }
 }
 

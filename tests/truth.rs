@@ -4,11 +4,16 @@
 
 mod common;
 
-use std::sync::Arc;
+use std::{f64::consts::PI, sync::Arc};
 
 use common::truths::{CASES, agreement_of, case};
+use glam::DVec3;
 use radiosity::{
-    check::surface_points::{area_uniform_points, locate, truth_point},
+    check::{
+        path_tracer::{PathSettings, PathTracer},
+        surface_points::{area_uniform_points, locate, ray_origin, truth_point},
+        truth_file::TruthPoint,
+    },
     scene::{LoadOptions, load},
     trace::Tracer,
 };
@@ -86,5 +91,40 @@ fn sampled_points_are_found_on_their_own_triangles_and_cover_the_area() {
     for (triangle, count) in counts.iter().enumerate() {
         let expected = 20_000.0 * scene.mesh.area(triangle as u32) / area;
         assert!((count - expected).abs() < 5.0 * expected.sqrt(), "{triangle}: {count} points, expected {expected}");
+    }
+}
+
+/// Expected: E = π L / (1 - ρ) everywhere in a closed box of surfaces that all emit L and reflect ρ (eq. 5), of which direct
+/// light is π L: at its corners and the middles of its edges as well, where each point lies in the planes of other walls.
+#[test]
+fn at_corners_and_on_edges_of_a_closed_box_the_truth_is_that_of_its_walls() {
+    let corners = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n";
+    let walls = "usemtl w\nf 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 4 3 7 8\nf 8 5 1 4\nf 3 2 6 7\n";
+    let material = "newmtl w\nKd 0.5 0.5 0.5\nKe 1 1 1\n";
+    let options = LoadOptions::default();
+    let scene = Arc::new(load::load_from_memory("box", &(corners.to_owned() + walls), material, &options).unwrap());
+    let tracer = Tracer::new(Arc::clone(&scene));
+    let grid = || (0..27).map(|index| 0.5 * DVec3::new((index % 3).into(), (index / 3 % 3).into(), (index / 9).into()));
+    let mut origins = Vec::new();
+    for position in grid() {
+        for axis in 0..3 {
+            let inwards = 1.0 - 2.0 * position[axis];
+            if inwards != 0.0 {
+                let point = TruthPoint { position, normal: inwards * DVec3::AXES[axis] };
+                let place = locate(&scene, &tracer, &point);
+                assert!(place.is_some(), "{position}");
+                origins.push(ray_origin(&scene, &point, place));
+            }
+        }
+    }
+    assert_eq!(origins.len(), 54);
+    let settings = PathSettings { samples: 200, bounces: 20, seed: 5 };
+    for (found, origin) in
+        PathTracer::new(&scene, &tracer, None, settings).estimate_all(&origins, |_| ()).iter().zip(&origins)
+    {
+        for (estimate, expected) in [(found.direct, PI), (found.total, 2.0 * PI)] {
+            let error = (estimate.mean.x - expected) / estimate.standard_error.x;
+            assert!(error.abs() < 4.5 && estimate.standard_error.x < 0.05 * expected, "{origin:?}: {found:?}");
+        }
     }
 }

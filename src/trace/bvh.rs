@@ -151,10 +151,16 @@ impl RayTracer for Tracer {
         ))
     }
 
-    fn triangles_in_shaft(&self, shaft: &Shaft, limit: usize, triangles: &mut Vec<u32>) -> bool {
+    fn triangles_in_shaft(
+        &self,
+        shaft: &Shaft,
+        is_left_out: &dyn Fn(u32) -> bool,
+        limit: usize,
+        triangles: &mut Vec<u32>,
+    ) -> bool {
         let mut all = true;
         visit_triangles(&self.tree, shaft, |triangle| {
-            if triangles.contains(&triangle) {
+            if is_left_out(triangle) || triangles.contains(&triangle) {
                 return true;
             }
             all = triangles.len() < limit && !self.may_be_cut_out(triangle);

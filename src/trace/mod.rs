@@ -55,9 +55,16 @@ pub trait RayTracer: Send + Sync {
     /// True if anything lies between the origin and `max_distance`.
     fn occluded(&self, ray: &Ray) -> bool;
 
-    /// Adds all triangles that touch the shaft to `triangles`, in any order. False, with any of them, if they are more
-    /// than `limit`, if one has cut-outs, or if the tracer cannot tell, as one that only traces rays.
-    fn triangles_in_shaft(&self, _shaft: &Shaft, _limit: usize, _triangles: &mut Vec<u32>) -> bool {
+    /// Adds all triangles that touch the shaft to `triangles`, in any order, but for those that `is_left_out` names. False,
+    /// with any of them, if they are more than `limit`, if one has cut-outs, or if the tracer cannot tell, as one that only
+    /// traces rays.
+    fn triangles_in_shaft(
+        &self,
+        _shaft: &Shaft,
+        _is_left_out: &dyn Fn(u32) -> bool,
+        _limit: usize,
+        _triangles: &mut Vec<u32>,
+    ) -> bool {
         false
     }
 }

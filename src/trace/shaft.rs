@@ -1,5 +1,5 @@
-//! What can come between a point and a convex polygon: the triangles that touch the pyramid over the polygon with its
-//! apex at the point.
+//! What can come between a point and a light: the triangles that touch a pyramid around the light with its apex at the
+//! point.
 
 use glam::Vec3;
 
@@ -19,28 +19,32 @@ struct Side {
     offset: f32,
 }
 
-/// The convex space between a point and a polygon.
+/// The convex space between a point and a light.
 #[derive(Clone, Debug)]
 pub struct Shaft {
-    sides: [Side; Shaft::MOST_SIDES],
+    sides: [Side; Shaft::MOST_SIDES + 2],
     count: usize,
 }
 
 impl Shaft {
-    const MOST_SIDES: usize = 6;
+    /// Planes through the apex.
+    pub const MOST_SIDES: usize = 4;
 
     /// The shaft from `apex`, which lies on a surface with unit normal `surface_normal` and above which alone is
-    /// looked, to a light of 3 or 4 `corners` in the plane with unit normal `light_normal`, which faces the apex.
-    pub fn new(apex: Vec3, surface_normal: Vec3, corners: &[Vec3], light_normal: Vec3) -> Self {
+    /// looked, between planes through the apex with unit normals `sides`, which point outwards (0 for none), up to the plane
+    /// through `end` with unit normal `end_normal`, which faces the apex.
+    pub fn new(
+        apex: Vec3,
+        surface_normal: Vec3,
+        sides: [Vec3; Self::MOST_SIDES],
+        (end, end_normal): (Vec3, Vec3),
+    ) -> Self {
         let none = Side { normal: Vec3::ZERO, offset: f32::INFINITY };
-        let mut shaft = Self { sides: [none; Self::MOST_SIDES], count: 0 };
+        let mut shaft = Self { sides: [none; Self::MOST_SIDES + 2], count: 0 };
         // What lies in the surface's or in the light's own plane blocks nothing.
         shaft.add(-surface_normal, -surface_normal.dot(apex));
-        shaft.add(-light_normal, -light_normal.dot(corners[0]) - MARGIN);
-        for (index, &start) in corners.iter().enumerate().take(Self::MOST_SIDES - 2) {
-            let end = corners[(index + 1) % corners.len()];
-            // Seen from the apex the corners run counter-clockwise, so this points away from the polygon.
-            let normal = (start - apex).cross(end - apex).normalize_or_zero();
+        shaft.add(-end_normal, -end_normal.dot(end) - MARGIN);
+        for normal in sides {
             shaft.add(normal, normal.dot(apex) + MARGIN);
         }
         shaft

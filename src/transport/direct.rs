@@ -10,15 +10,16 @@ use glam::{Vec2, Vec3};
 pub use super::visible_light::ShadowRays;
 use super::{
     blocks::{BLOCKS, block_ends_of, squared_error},
+    lamps::Lamp,
     lights::{DirectMethod, FinderCounts, Lights, area_to_solid_angle},
     origins::samples_of_origin,
     sampling::{area_light_point, cosine_pdf_solid_angle, triangle_point},
-    visible_light::{PolygonLight, Scratch, Seen, Sight, unhidden_irradiance, visible_irradiance},
+    visible_light::{Scratch, Seen, Sight, unhidden_irradiance, visible_irradiance},
 };
 use crate::{
     math::sequence::{Sampler, Sequence, Stream},
     scene::{AreaLight, Scene},
-    trace::{NO_TRIANGLE, RayTracer, SurfacePoint, surface::lift},
+    trace::{RayTracer, SurfacePoint, surface::lift},
 };
 
 /// Direct light at a vertex or a point.
@@ -112,9 +113,8 @@ impl DirectContext<'_> {
             rays.skip(Sight::BelowHorizon, u64::from(self.light_rays));
             return Vec3::ZERO;
         }
-        let (normal, area, corners) = (light.normal(), light.area(), light.corners());
-        let polygon = PolygonLight { corners: &corners, normal, radiance: light.radiance, triangle: NO_TRIANGLE };
-        let look = |origin: &SurfacePoint| self.look_at(origin, std::iter::once(polygon), scratch);
+        let (normal, area) = (light.normal(), light.area());
+        let look = |origin: &SurfacePoint| self.look_at(origin, self.lights.area_lamp.as_slice(), scratch);
         self.mean_over(receiver, Stream::AreaLight, rays, look, |origin, point| {
             // One term of eq. 3, the density being one over the area.
             let position = area_light_point(light, point);
@@ -133,22 +133,11 @@ impl DirectContext<'_> {
         if emitters.is_empty() {
             return Vec3::ZERO;
         }
-        let triangles = emitters.as_polygons(self.scene);
-        let corners: Vec<[Vec3; 3]> =
-            triangles.unwrap_or_default().iter().map(|&triangle| self.scene.mesh.corners(triangle)).collect();
-        let polygons = triangles.unwrap_or_default().iter().zip(&corners).map(|(&triangle, corners)| PolygonLight {
-            corners,
-            normal: self.scene.mesh.geometric_normal(triangle),
-            radiance: self.scene.material(triangle).emitted_radiance,
-            triangle,
-        });
         let mut from_gather = Vec3::ZERO;
         let mut index = 0;
         let look = |origin: &SurfacePoint| {
-            let known = match triangles {
-                Some(_) => self.look_at(origin, polygons.clone(), scratch),
-                None => Look::Sample { unhidden: None },
-            };
+            let known =
+                emitters.lamps().map_or(Look::Sample { unhidden: None }, |lamps| self.look_at(origin, lamps, scratch));
             if matches!(known, Look::Sample { unhidden: None }) {
                 from_gather += found.get(index).copied().unwrap_or_default();
             }
@@ -227,28 +216,23 @@ impl DirectContext<'_> {
         Some((term, !self.tracer.occluded(&ray)))
     }
 
-    /// What is known of polygon lights without samples.
-    fn look_at<'p>(
-        &self,
-        origin: &SurfacePoint,
-        mut lights: impl Iterator<Item = PolygonLight<'p>> + Clone,
-        scratch: &mut Scratch,
-    ) -> Look {
+    /// What is known of lamps without samples.
+    fn look_at(&self, origin: &SurfacePoint, lamps: &[Lamp], scratch: &mut Scratch) -> Look {
         if self.method == DirectMethod::Sampled {
             return Look::Sample { unhidden: None };
         }
-        let all = lights.clone();
-        let unhidden = || all.map(|light| unhidden_irradiance(origin, &light)).sum();
+        let unhidden =
+            |scratch: &mut Scratch| lamps.iter().map(|lamp| unhidden_irradiance(origin, lamp, scratch)).sum();
         if self.method == DirectMethod::Ratio {
-            return Look::Sample { unhidden: Some(unhidden()) };
+            return Look::Sample { unhidden: Some(unhidden(scratch)) };
         }
         let corners_of = |triangle| self.scene.mesh.corners(triangle);
         let none = Seen { irradiance: Vec3::ZERO, sight: Sight::BelowHorizon };
-        let known = lights.try_fold(none, |sum, light| {
-            let seen = visible_irradiance(self.tracer, corners_of, origin, &light, scratch)?;
+        let known = lamps.iter().try_fold(none, |sum, lamp| {
+            let seen = visible_irradiance(self.tracer, corners_of, origin, lamp, scratch)?;
             Some(Seen { irradiance: sum.irradiance + seen.irradiance, sight: sum.sight.max(seen.sight) })
         });
-        known.map_or_else(|| Look::Sample { unhidden: Some(unhidden()) }, Look::Known)
+        known.map_or_else(|| Look::Sample { unhidden: Some(unhidden(scratch)) }, Look::Known)
     }
 
     /// One term of eq. 3 for the emissive triangles: a point on one of them, chosen by power. This is the samples'

@@ -4,6 +4,7 @@ use clap::ValueEnum;
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::lamps::{Lamp, lamps_of};
 use crate::{
     math::color::luminance,
     scene::{AreaLight, Scene},
@@ -26,12 +27,15 @@ pub enum DirectMethod {
 pub struct Lights {
     /// The placed light, if it has an area and a radiance.
     pub area_light: Option<AreaLight>,
+    /// The same as a lamp.
+    pub(super) area_lamp: Option<Lamp>,
     /// Emissive triangles.
     pub emitters: Emitters,
 }
 
-/// More emissive triangles than this are left to samples.
-const MOST_POLYGON_EMITTERS: usize = 32;
+/// More lamps than this are left to samples, and so are more triangles of lamps.
+const MOST_LAMPS: usize = 512;
+const MOST_LAMP_TRIANGLES: usize = 1 << 16;
 
 /// The emissive triangles with the distribution that chooses one by its power.
 #[derive(Clone, Debug, Default)]
@@ -41,13 +45,22 @@ pub struct Emitters {
     cumulative: Vec<f32>,
     /// Sum over the triangles of luminance times area.
     total: f64,
+    /// The lamps that the triangles are.
+    lamps: Option<Vec<Lamp>>,
 }
 
 impl Lights {
     /// The lights of a scene; a light without area or radiance is left out.
     pub fn new(scene: &Scene, area_light: Option<AreaLight>) -> Self {
         let shines = |light: &AreaLight| light.area() > 0.0 && light.radiance.max_element() > 0.0;
-        Self { area_light: area_light.filter(shines), emitters: Emitters::new(scene) }
+        let area_light = area_light.filter(shines);
+        let area_lamp = area_light.as_ref().map(Lamp::of_area_light);
+        Self { area_light, area_lamp, emitters: Emitters::new(scene) }
+    }
+
+    /// The area light alone.
+    pub fn without_emitters(&self) -> Self {
+        Self { area_light: self.area_light, area_lamp: self.area_lamp.clone(), emitters: Emitters::default() }
     }
 
     /// True if nothing shines, so that every solution is black.
@@ -82,7 +95,11 @@ impl Emitters {
                 (sum / total) as f32
             })
             .collect();
-        Self { triangles, cumulative, total }
+        let is_whole = triangles.iter().all(|&triangle| !scene.may_be_cut_out(triangle));
+        let lamps = (is_whole && triangles.len() <= MOST_LAMP_TRIANGLES)
+            .then(|| lamps_of(scene, &triangles, MOST_LAMPS))
+            .flatten();
+        Self { triangles, cumulative, total, lamps }
     }
 
     /// The density [1/local unit²] with which [`Emitters::choose`] and a uniform point on the chosen triangle meet a
@@ -91,11 +108,10 @@ impl Emitters {
         (f64::from(luminance(radiance)) / self.total) as f32
     }
 
-    /// The emissive triangles, if they are so few, and whole, that each can be taken as a polygon by itself.
-    pub fn as_polygons(&self, scene: &Scene) -> Option<&[u32]> {
-        let few = self.triangles.len() <= MOST_POLYGON_EMITTERS;
-        let whole = || self.triangles.iter().all(|&triangle| !scene.may_be_cut_out(triangle));
-        (few && whole()).then_some(&self.triangles)
+    /// The lamps that the emissive triangles are, if they are so few, and whole, that direct light of each can be found
+    /// by itself.
+    pub fn lamps(&self) -> Option<&[Lamp]> {
+        self.lamps.as_deref()
     }
 
     /// True if no triangle emits.

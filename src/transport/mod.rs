@@ -4,6 +4,7 @@
 mod blocks;
 #[cfg(feature = "reference")]
 pub mod direct;
+pub mod lamps;
 pub mod lights;
 pub mod origins;
 mod polygon;
@@ -11,6 +12,7 @@ mod polygon;
 pub mod rows;
 #[cfg(feature = "reference")]
 pub mod sampling;
+mod silhouette;
 #[cfg(feature = "reference")]
 pub mod star;
 #[cfg(feature = "reference")]

@@ -22,6 +22,17 @@ impl Polygon {
         polygon
     }
 
+    pub(super) fn new(corners: impl IntoIterator<Item = DVec3>) -> Self {
+        let mut polygon = Self::NONE;
+        corners.into_iter().for_each(|corner| polygon.push(corner));
+        polygon
+    }
+
+    /// True if the next cut may not find room for all corners.
+    pub(super) fn is_full(&self) -> bool {
+        self.count == Self::MOST_CORNERS
+    }
+
     fn push(&mut self, corner: DVec3) {
         if self.count < Self::MOST_CORNERS {
             self.corners[self.count] = corner;
@@ -92,18 +103,38 @@ pub fn polygon_form_factor(origin: Vec3, normal: Vec3, corners: &[Vec3]) -> f64 
     Polygon::seen_from(origin, corners).split(normal, 0.0).0.irradiance(normal) / std::f64::consts::PI
 }
 
-/// Takes what lies behind the convex `occluder`, as it is seen from the origin, out of each of the convex `pieces`.
-pub(super) fn subtract(pieces: &mut Vec<Polygon>, occluder: &Polygon, spare: &mut Vec<Polygon>) {
-    let middle = occluder.corners().iter().sum::<DVec3>();
+/// An edge that is seen under a smaller angle than this is rounding, and has no direction.
+const SHORTEST: f64 = 1e-9;
+
+/// Inward normals of the planes through the origin and each edge.
+fn sides_of(polygon: &Polygon) -> ([DVec3; Polygon::MOST_CORNERS], usize) {
+    let middle = polygon.corners().iter().sum::<DVec3>();
     let mut sides = [DVec3::ZERO; Polygon::MOST_CORNERS];
-    let mut side_count = 0;
-    for (start, end) in occluder.edges() {
+    let mut count = 0;
+    for (start, end) in polygon.edges() {
         let normal = start.cross(end);
-        if normal != DVec3::ZERO {
-            sides[side_count] = if normal.dot(middle) < 0.0 { -normal } else { normal };
-            side_count += 1;
+        if normal.length_squared() > SHORTEST * SHORTEST * start.length_squared() * end.length_squared() {
+            sides[count] = if normal.dot(middle) < 0.0 { -normal } else { normal };
+            count += 1;
         }
     }
+    (sides, count)
+}
+
+/// Takes what lies behind the convex `occluder`, as it is seen from the origin, out of each of the convex `pieces`, but
+/// for what lies behind `but`, a convex part of it.
+pub(super) fn subtract_but(pieces: &mut Vec<Polygon>, occluder: &Polygon, but: &Polygon, spare: &mut Vec<Polygon>) {
+    let (sides, count) = sides_of(but);
+    let behind = |piece: &Polygon| sides[..count].iter().fold(*piece, |piece, &side| piece.split(side, 0.0).0);
+    let kept: Vec<Polygon> =
+        pieces.iter().filter(|_| count >= 3).map(behind).filter(|piece| !piece.is_empty()).collect();
+    subtract(pieces, occluder, spare);
+    pieces.extend(kept);
+}
+
+/// Takes what lies behind the convex `occluder`, as it is seen from the origin, out of each of the convex `pieces`.
+pub(super) fn subtract(pieces: &mut Vec<Polygon>, occluder: &Polygon, spare: &mut Vec<Polygon>) {
+    let (sides, side_count) = sides_of(occluder);
     let sides = &sides[..side_count];
     spare.clear();
     let [mut inside, mut outside] = [Polygon::NONE; 2];

@@ -1,39 +1,28 @@
-//! Direct light from one polygon without samples: Lambert's formula (eq. 6) over the part of the light that is seen.
+//! Direct light from one lamp without samples: Lambert's formula (eq. 6) over the part of it that is seen.
 //!
-//! The triangles that touch the shaft between the point and the light are all that can block. None: the light is fully
-//! visible. A few: what lies behind each is cut out of the light's outline, as in Nishita and Nakamae 1985, "Continuous
+//! The triangles that touch the shaft between the point and the lamp are all that can block. None: the lamp is fully
+//! visible. A few: what lies behind each is cut out of the lamp's outline, as in Nishita and Nakamae 1985, "Continuous
 //! tone representation of three-dimensional objects taking account of shadows and interreflection". Many: not done here.
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
-use super::polygon::{Polygon, subtract};
-use crate::trace::{RayTracer, Shaft, SurfacePoint};
+use super::{
+    lamps::Lamp,
+    polygon::{Polygon, subtract, subtract_but},
+    silhouette::View,
+};
+use crate::trace::{RayTracer, SurfacePoint};
 
 /// More triangles in the shaft than this are left to sampling.
 const MOST_OCCLUDERS: usize = 64;
 
-/// More pieces of a light than this are left to sampling.
+/// More pieces of a light than this, or more than so many times those of its outline, are left to sampling.
 const MOST_PIECES: usize = 64;
+const MORE_PIECES: usize = 16;
 
 /// A part of the light smaller than this is none.
 const SLIVER: f64 = 1e-6;
-
-/// What lies nearer to the light's plane than this, in local units, lies in it and blocks nothing.
-const IN_LIGHT: f64 = 1e-6;
-
-/// A one-sided polygon light of constant radiance.
-#[derive(Clone, Copy, Debug)]
-pub struct PolygonLight<'a> {
-    /// 3 or 4 coplanar corners, counter-clockwise seen from the side that shines.
-    pub corners: &'a [Vec3],
-    /// Unit normal of the side that shines.
-    pub normal: Vec3,
-    /// Radiance [W/(m² sr)].
-    pub radiance: Vec3,
-    /// The scene triangle that is the light, and blocks nothing of itself; [`crate::trace::NO_TRIANGLE`] for none.
-    pub triangle: u32,
-}
 
 /// How much of a light is seen from a point, from least to most.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -107,53 +96,55 @@ pub struct Seen {
 /// Memory that is used again from point to point.
 #[derive(Default)]
 pub struct Scratch {
+    view: View,
     triangles: Vec<u32>,
     pieces: Vec<Polygon>,
     spare: Vec<Polygon>,
 }
 
-/// Irradiance [W/m²] at a surface point from a polygon light, what the scene's triangles block taken out; exact but for
-/// rounding. `None` if too much lies between.
+/// Irradiance [W/m²] at a surface point from a lamp, what the scene's triangles block taken out; exact but for rounding.
+/// `None` if too much lies between.
 pub fn visible_irradiance(
     tracer: &dyn RayTracer,
     corners_of: impl Fn(u32) -> [Vec3; 3],
     from: &SurfacePoint,
-    light: &PolygonLight,
+    lamp: &Lamp,
     scratch: &mut Scratch,
 ) -> Option<Seen> {
-    let known = |value: f64, sight: Sight| Some(Seen { irradiance: times_radiance(light, value), sight });
-    let outline = above_horizon(from, light);
-    if outline.is_empty() {
+    let known = |value: f64, sight: Sight| Some(Seen { irradiance: times_radiance(lamp, value), sight });
+    let Scratch { view, triangles, pieces, spare } = scratch;
+    view.look(lamp, from, pieces);
+    if pieces.is_empty() {
         return known(0.0, Sight::BelowHorizon);
     }
-    let Scratch { triangles, pieces, spare } = scratch;
     triangles.clear();
-    let shaft = Shaft::new(from.origin, from.geometric_normal, light.corners, light.normal);
-    if !tracer.triangles_in_shaft(&shaft, MOST_OCCLUDERS, triangles) {
+    let is_left_out = |triangle: u32| triangle == from.triangle || lamp.contains(triangle);
+    if !tracer.triangles_in_shaft(&view.shaft(lamp, from), &is_left_out, MOST_OCCLUDERS, triangles) {
         return None;
     }
-    pieces.clear();
-    pieces.push(outline);
-    let light_height = (light.corners[0].as_dvec3() - from.origin.as_dvec3()).dot(light.normal.as_dvec3());
-    for &triangle in triangles.iter().filter(|&&triangle| triangle != from.triangle && triangle != light.triangle) {
+    let whole = irradiance(from, pieces);
+    let most_pieces = MOST_PIECES.max(MORE_PIECES * pieces.len());
+    for &triangle in &*triangles {
         let occluder = Polygon::seen_from(from.origin, &corners_of(triangle));
         let (occluder, _) = occluder.split(from.geometric_normal.as_dvec3(), 0.0);
-        let (occluder, _) = occluder.split(light.normal.as_dvec3(), light_height + IN_LIGHT);
+        let (occluder, behind) = view.in_front(&occluder)?;
         if occluder.is_empty() {
             continue;
         }
-        subtract(pieces, &occluder, spare);
-        if pieces.len() > MOST_PIECES {
+        if behind.is_empty() {
+            subtract(pieces, &occluder, spare);
+        } else {
+            subtract_but(pieces, &occluder, &behind, spare);
+        }
+        if pieces.len() > most_pieces {
             return None;
         }
         if pieces.is_empty() {
             return known(0.0, Sight::Hidden);
         }
     }
-    let normal = from.shading_normal.as_dvec3();
-    let seen: f64 = pieces.iter().map(|piece| piece.irradiance(normal)).sum();
+    let seen = irradiance(from, pieces);
     // Slivers between occluders that touch are rounding, not light.
-    let whole = above_horizon(from, light).irradiance(normal);
     match seen / whole {
         part if part > 1.0 - SLIVER => known(seen, Sight::Whole),
         part if part > SLIVER => known(seen, Sight::Part),
@@ -161,29 +152,21 @@ pub fn visible_irradiance(
     }
 }
 
-/// Irradiance [W/m²] at a surface point from a polygon light with nothing between.
+/// Irradiance [W/m²] at a surface point from a lamp with nothing between.
 #[cfg(feature = "reference")]
-pub(super) fn unhidden_irradiance(from: &SurfacePoint, light: &PolygonLight) -> Vec3 {
-    times_radiance(light, above_horizon(from, light).irradiance(from.shading_normal.as_dvec3()))
+pub(super) fn unhidden_irradiance(from: &SurfacePoint, lamp: &Lamp, scratch: &mut Scratch) -> Vec3 {
+    scratch.view.look(lamp, from, &mut scratch.pieces);
+    times_radiance(lamp, irradiance(from, &scratch.pieces))
+}
+
+/// Irradiance [W/m²] from polygons of radiance 1.
+fn irradiance(from: &SurfacePoint, pieces: &[Polygon]) -> f64 {
+    let normal = from.shading_normal.as_dvec3();
+    pieces.iter().map(|piece| piece.irradiance(normal)).sum()
 }
 
 /// Irradiance [W/m²] from what it is at radiance 1. A product that overflowed is dropped: no infinity may reach a result.
-fn times_radiance(light: &PolygonLight, value: f64) -> Vec3 {
-    let irradiance = light.radiance * value as f32;
+fn times_radiance(lamp: &Lamp, value: f64) -> Vec3 {
+    let irradiance = lamp.radiance * value as f32;
     if irradiance.is_finite() { irradiance } else { Vec3::ZERO }
-}
-
-/// The light's outline above both planes of a surface point, its own and the one of its shading normal; none if the
-/// point lies behind the light.
-fn above_horizon(from: &SurfacePoint, light: &PolygonLight) -> Polygon {
-    let outline = Polygon::seen_from(from.origin, light.corners);
-    let towards: DVec3 = outline.corners()[0];
-    if towards.dot(light.normal.as_dvec3()) >= 0.0 {
-        return Polygon::NONE;
-    }
-    let (outline, _) = outline.split(from.geometric_normal.as_dvec3(), 0.0);
-    if from.shading_normal == from.geometric_normal {
-        return outline;
-    }
-    outline.split(from.shading_normal.as_dvec3(), 0.0).0
 }

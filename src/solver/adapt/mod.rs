@@ -69,10 +69,10 @@ pub(super) fn solve(problem: &Problem, monitor: &Monitor, lights: &Lights, repor
     computed
 }
 
-/// Where each emissive triangle is taken as a polygon, gather rays have no share in its light: they would bring noise.
+/// Where emissive triangles are taken as lamps, gather rays have no share in its light: they would bring noise.
 fn finders(problem: &Problem, lights: &Lights) -> FinderCounts {
     let settings = &problem.settings;
-    let is_exact = settings.direct != DirectMethod::Sampled && lights.emitters.as_polygons(&problem.scene).is_some();
+    let is_exact = settings.direct != DirectMethod::Sampled && lights.emitters.lamps().is_some();
     let gather = if is_exact || settings.bounces == Some(0) { 0 } else { settings.rays };
     FinderCounts { gather, light: settings.light_rays }
 }

@@ -24,7 +24,7 @@ use crate::{
     transport::{
         Lights,
         direct::{DirectLight, ShadowRays},
-        lights::{DirectMethod, Emitters, FinderCounts},
+        lights::{DirectMethod, FinderCounts},
         visible_light::Scratch,
     },
 };
@@ -192,8 +192,7 @@ impl Kept {
         if let (Some(factor), false) = (self.brightness(context.lights.area_light.as_ref()), changes.emission) {
             return self.direct.light.iter().map(|light| factor * light.area_light + light.emitters).collect();
         }
-        let emitters = if changes.emission { context.lights.emitters.clone() } else { Emitters::default() };
-        let lights = Lights { emitters, area_light: context.lights.area_light };
+        let lights = if changes.emission { context.lights.clone() } else { context.lights.without_emitters() };
         let context = Context { lights: &lights, ..*context };
         let vertices: Vec<u32> = (0..self.buried.len() as u32).collect();
         let found = vertices.par_chunks(PER_TASK).map(|vertices| self.direct_light_at(&context, vertices));
