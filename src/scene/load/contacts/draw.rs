@@ -67,7 +67,7 @@ pub(super) fn drawings(
     let mut inside: Vec<Vec<u32>> = vec![Vec::new(); lines.len()];
     for (face, crossings) in crossings.into_iter().enumerate() {
         for crossing in crossings {
-            let id = points.at(crossing, positions);
+            let id = points.on_face(&meetings.flats[face], crossing, positions);
             points.put_on_edge(&meetings.flats[face], id, crossing);
             inside[face].push(id);
         }
@@ -161,7 +161,7 @@ fn drawn_lines(
         let is_small = flat.longest_edge() < SMALL * points.reach;
         for &Line { ends, standing } in meetings.lines[face].iter().filter(|line| line.standing.is_none() || !is_small)
         {
-            let ids = ends.map(|end| points.at(end, positions));
+            let ids = ends.map(|end| points.on_face(flat, end, positions));
             let line = DrawnLine { ids, standing };
             let edge = standing.and_then(|_| points.edge_along(flat, ids, positions));
             match edge {

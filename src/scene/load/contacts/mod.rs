@@ -12,6 +12,8 @@ mod owners;
 mod points;
 mod tears;
 
+use std::collections::HashSet;
+
 use glam::{DVec3, Vec3};
 
 use super::{counted, merge::Faces};
@@ -31,6 +33,13 @@ pub(super) struct Rules<'a> {
     pub(super) has_holes: &'a [bool],
     /// Every surface has two sides.
     pub(super) two_sided: bool,
+}
+
+impl Rules<'_> {
+    /// Of faces in one place the one of the highest rank stays: what emits, then what comes later in the file.
+    fn rank(&self, face: u32, faces: &Faces) -> (bool, u32) {
+        (self.emits[faces.materials[face as usize] as usize], face)
+    }
 }
 
 /// What was found, for the report.
@@ -92,7 +101,8 @@ pub(super) struct Settled {
 pub(super) fn settle(mut faces: Faces, positions: &mut Vec<Vec3>, rules: &Rules) -> Settled {
     let reach = TOUCHING * largest_side(&faces, positions);
     let mut meetings = Meetings::of(&faces, positions, reach, rules.two_sided);
-    if meetings.bring_into_planes(&faces, positions, reach) {
+    let is_lifted = lift_pierced(&meetings, &faces, positions, rules, reach);
+    if meetings.bring_into_planes(&faces, positions, reach) || is_lifted {
         meetings = Meetings::of(&faces, positions, reach, rules.two_sided);
     }
     if meetings.is_empty() {
@@ -104,6 +114,24 @@ pub(super) fn settle(mut faces: Faces, positions: &mut Vec<Vec3>, rules: &Rules)
     faces = cuts.faces(&faces, positions);
     let fans = tears::fans(&cuts, &faces);
     Settled { faces, fans, findings }
+}
+
+/// Lifts faces with holes, through which one sees what they lie on, off its plane: a decal. True if there is one.
+fn lift_pierced(meetings: &Meetings, faces: &Faces, positions: &mut [Vec3], rules: &Rules, reach: f64) -> bool {
+    let mut lifted = HashSet::new();
+    for (face, partners) in (0..).zip(&meetings.partners) {
+        let normal = meetings.flats[face as usize].normal;
+        let lies_on = |&other: &u32| {
+            normal.dot(meetings.flats[other as usize].normal) > 0.0
+                && rules.rank(face, faces) > rules.rank(other, faces)
+        };
+        if rules.has_holes[faces.materials[face as usize] as usize] && partners.iter().any(lies_on) {
+            for id in faces.ids(face).into_iter().filter(|&id| lifted.insert(id)) {
+                positions[id as usize] += (3.0 * reach * normal).as_vec3();
+            }
+        }
+    }
+    !lifted.is_empty()
 }
 
 fn largest_side(faces: &Faces, positions: &[Vec3]) -> f64 {

@@ -84,7 +84,7 @@ struct Places<'a> {
 impl Places<'_> {
     /// The face that owns the place of a piece, if it is another one.
     fn owner(&self, piece: &Piece, middle: DVec3) -> Option<u32> {
-        let rank = |face: u32| (self.rules.emits[self.faces.materials[face as usize] as usize], face);
+        let rank = |face: u32| self.rules.rank(face, self.faces);
         let others = self.meetings.partners[piece.face as usize].iter().copied();
         let covers = |&other: &u32| {
             (self.rules.two_sided || self.cosine(piece.face, other) > 0.0)

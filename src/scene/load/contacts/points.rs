@@ -43,7 +43,7 @@ impl Points {
     }
 
     /// The position at a point: the nearest one in reach, or a new one.
-    pub(super) fn at(&mut self, point: DVec3, positions: &mut Vec<Vec3>) -> u32 {
+    fn at(&mut self, point: DVec3, positions: &mut Vec<Vec3>) -> u32 {
         let (low, high) = (self.cell(point - self.reach), self.cell(point + self.reach));
         let mut nearest = (1.5 * self.reach, None);
         for x in low.x..=high.x {
@@ -64,6 +64,12 @@ impl Points {
             self.enter(id, point);
             id
         })
+    }
+
+    /// The position at a point of a face: its own corner, if one is in reach, or as [`Points::at`].
+    pub(super) fn on_face(&mut self, flat: &Flat, point: DVec3, positions: &mut Vec<Vec3>) -> u32 {
+        let own = flat.ids.into_iter().zip(flat.points).find(|(_, corner)| corner.distance(point) <= 1.5 * self.reach);
+        own.map_or_else(|| self.at(point, positions), |(id, _)| id)
     }
 
     /// Puts a position on an edge of a face, if it lies on one.
