@@ -64,6 +64,7 @@ fn squares(places: &[(f32, bool)]) -> Scene {
         textures: Vec::new(),
         frame: LocalFrame::default(),
         two_sided: false,
+        faceted: false,
         warnings: Vec::new(),
     }
 }

@@ -56,11 +56,17 @@ pub fn locate(scene: &Scene, tracer: &impl RayTracer, point: &TruthPoint) -> Opt
 }
 
 /// Where rays leave from for a file's point, about the file's own normal. A point on no surface stays where it is.
-pub fn ray_origin(scene: &Scene, point: &TruthPoint, on: Option<TrianglePoint>) -> SurfacePoint {
+/// `tracer` must hold the same scene.
+pub fn ray_origin(
+    (scene, tracer): (&Scene, &dyn RayTracer),
+    point: &TruthPoint,
+    on: Option<TrianglePoint>,
+) -> SurfacePoint {
     let shading_normal = point.normal.as_vec3();
     match on {
         Some((triangle, barycentric)) => {
-            SurfacePoint { shading_normal, ..SurfacePoint::new(scene, triangle, barycentric) }
+            let point = SurfacePoint { shading_normal, ..SurfacePoint::new(scene, triangle, barycentric) };
+            point.on_curve(scene, barycentric, tracer)
         }
         None => SurfacePoint {
             origin: scene.frame.point_to_local(point.position),

@@ -93,7 +93,10 @@ fn points_of(args: &TruthArgs, scene: &Scene, tracer: &Tracer) -> anyhow::Result
         if places.is_empty() {
             bail!("{}: no points to compute: no surface, or --sample 0", args.scene.scene.display());
         }
-        let origins = places.iter().map(|&(triangle, place)| SurfacePoint::new(scene, triangle, place)).collect();
+        let origins = places
+            .iter()
+            .map(|&(triangle, place)| SurfacePoint::new(scene, triangle, place).on_curve(scene, place, tracer))
+            .collect();
         return Ok((places.iter().map(|&place| truth_point(scene, place)).collect(), origins));
     };
     let points = truth_file::read(path)?.points;
@@ -105,7 +108,7 @@ fn points_of(args: &TruthArgs, scene: &Scene, tracer: &Tracer) -> anyhow::Result
     if astray > 0 {
         eprintln!("warning: {astray} of {} points lie on no surface of the scene; kept where they are", points.len());
     }
-    let origins = points.iter().zip(located).map(|(point, place)| ray_origin(scene, point, place)).collect();
+    let origins = points.iter().zip(located).map(|(point, place)| ray_origin((scene, tracer), point, place)).collect();
     Ok((points, origins))
 }
 

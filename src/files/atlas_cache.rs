@@ -18,7 +18,7 @@ use crate::{
 };
 
 /// Raised whenever the same scene would be mapped otherwise, or the file's layout changes.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 const HEAD: usize = 24;
 const HASH: usize = 32;
 

@@ -226,6 +226,7 @@ mod tests {
             textures: Vec::new(),
             frame,
             two_sided: false,
+            faceted: false,
             warnings: Vec::new(),
         };
         let tessellation = Tessellation::new(&scene, &TessellationOptions { subdivide: 0, max_edge: None }).unwrap();

@@ -79,7 +79,16 @@ fn load_text(
     let mut textures = textures::attach(&mut materials, &wanted, options, &mut warnings);
     mtl::settle_opacity(&mut materials, options.opaque, &mut warnings);
     mtl::limit_reflectances(&mut materials, &mut textures, options.reflectance_limit, &mut warnings);
-    Ok(Scene { name, mesh, materials, textures, frame, two_sided: options.two_sided, warnings })
+    Ok(Scene {
+        name,
+        mesh,
+        materials,
+        textures,
+        frame,
+        two_sided: options.two_sided,
+        faceted: options.faceted,
+        warnings,
+    })
 }
 
 /// "1 face", "2 faces": a count with its noun.

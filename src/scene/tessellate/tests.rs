@@ -18,6 +18,7 @@ fn scene_of(positions: Vec<Vec3>, normals: Vec<Vec3>, triangles: Vec<[u32; 3]>) 
         textures: Vec::new(),
         frame: LocalFrame::default(),
         two_sided: false,
+        faceted: false,
         warnings: Vec::new(),
     }
 }
