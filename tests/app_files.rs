@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use common::*;
 use egui::{Event, Key, Modifiers};
-use egui_kittest::Harness;
+use egui_kittest::{Harness, kittest::Queryable as _};
 use glam::DVec3;
 use radiosity::app::{App, command::Command};
 
@@ -54,6 +54,31 @@ fn a_bad_scene_is_a_notice_and_a_good_one_replaces_the_old() {
     run_until(&mut window, "the scene", |app| !app.is_busy());
     assert_eq!(window.state().document.loaded.scene.name, "furnace-50");
     assert!(window.state().results.is_none() && window.state().dialog.is_none());
+}
+
+/// The inside of a room, wound outwards, with a lamp under its top.
+const FLIPPED: &str = "mtllib room.mtl\nv -1 0 -1\nv 1 0 -1\nv 1 1 -1\nv -1 1 -1\nv -1 0 1\nv 1 0 1\nv 1 1 1\nv -1 1 1\n\
+                       v -0.3 0.9 -0.3\nv 0.3 0.9 -0.3\nv 0.3 0.9 0.3\nv -0.3 0.9 0.3\nusemtl wall\nf 4 3 2 1\nf 5 6 7 8\n\
+                       f 1 2 6 5\nf 8 7 3 4\nf 5 8 4 1\nf 2 3 7 6\nusemtl lamp\nf 12 11 10 9\n";
+
+#[test]
+fn a_scene_that_is_inside_out_is_said_and_flipped_by_a_button() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut window) = window(folder.path()) else { return };
+    let path = folder.path().join("room.obj");
+    std::fs::write(&path, FLIPPED).unwrap();
+    std::fs::write(folder.path().join("room.mtl"), "newmtl wall\nKd 0.5 0.5 0.5\nnewmtl lamp\nKe 1 1 1\n").unwrap();
+    window.state_mut().fulfil(Command::OpenScene(path));
+    run_until(&mut window, "the scene", |app| !app.is_busy());
+    assert!(window.state().notices.lines.iter().any(|line| line.text.contains("first meets back faces")));
+    window.get_by_label("Scene").click();
+    window.run_steps(2);
+    window.get_by_label("Flip").click_accesskit();
+    window.run_steps(2);
+    run_until(&mut window, "the flipped scene", |app| !app.is_busy());
+    let document = &window.state().document;
+    assert!(document.loaded.load.flip && document.facing.is_none());
+    assert!(window.query_by_label("Flip").is_none());
 }
 
 #[test]

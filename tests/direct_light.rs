@@ -85,7 +85,7 @@ fn a_point_that_sees_the_whole_light_has_the_closed_form_exactly() {
     let mut seen = 0;
     for (x, z) in [(0.1, 0.05), (0.45, 0.02), (0.5, 0.5), (0.02, 0.3)] {
         let place = scene.frame.point_to_local(DVec3::new(x, 0.0, z));
-        let (triangle, barycentric) = locate_point(&tracer, &scene, place, Vec3::Y).unwrap();
+        let (triangle, barycentric) = locate_point(&tracer, &scene, place, Vec3::Y).unwrap().on().unwrap();
         let point = SurfacePoint::new(&scene, triangle, barycentric);
         let whole = light.corners().iter().all(|corner| {
             let ray = point.ray_to(*corner).unwrap();
@@ -113,7 +113,8 @@ fn a_point_under_a_block_is_dark_and_one_beside_it_is_not() {
         let tracer = Tracer::new(Arc::clone(&scene));
         let at = |x: f64, z: f64| -> PointIrradiance {
             let place = scene.frame.point_to_local(DVec3::new(x, 0.0, z));
-            let (triangle, barycentric): (u32, Vec2) = locate_point(&tracer, &scene, place, Vec3::Y).unwrap();
+            let (triangle, barycentric): (u32, Vec2) =
+                locate_point(&tracer, &scene, place, Vec3::Y).unwrap().on().unwrap();
             field.irradiance(triangle, barycentric, &mut Scratch::default())
         };
         // The short block's footprint has the corners (0.130, 0.065), (0.082, 0.225), (0.240, 0.272), (0.290, 0.114).
@@ -149,7 +150,7 @@ fn level_triangles(columns: u32, size: f64) -> String {
 fn origin_of_floor(scene: &Arc<Scene>) -> SurfacePoint {
     let tracer = Tracer::new(Arc::clone(scene));
     let place = scene.frame.point_to_local(DVec3::new(0.1, 0.0, 0.03));
-    let (triangle, barycentric) = locate_point(&tracer, scene, place, Vec3::Y).unwrap();
+    let (triangle, barycentric) = locate_point(&tracer, scene, place, Vec3::Y).unwrap().on().unwrap();
     SurfacePoint::new(scene, triangle, barycentric)
 }
 

@@ -124,7 +124,7 @@ fn points(count: usize, distance: f32) -> Vec<SurfacePoint> {
         let origin = distance * (0.7 + 0.6 * (index % 7) as f32 / 7.0) * direction(index);
         let geometric_normal = (1.2 * direction(index * 5 % count) - direction(index)).normalize();
         let aside = (geometric_normal + 0.4 * direction(index * 3 % count)).normalize();
-        let shading_normal = if index % 3 == 0 { aside } else { geometric_normal };
+        let shading_normal = if index.is_multiple_of(3) { aside } else { geometric_normal };
         SurfacePoint { origin, geometric_normal, shading_normal, triangle: NO_TRIANGLE }
     };
     (0..count).map(point).collect()
@@ -185,7 +185,7 @@ fn a_convex_lamp_shines_as_the_sum_of_the_triangles_that_face_a_point() {
             let (worst, largest) = largest_difference(&found, &expected);
             assert!(worst < 1e-5 * largest, "{index} at {distance}: {worst} of {largest}");
             assert_eq!(rays.traced, 0, "{index}");
-            assert!(expected.iter().any(|&value| value == 0.0) && largest > 0.5, "{largest}");
+            assert!(expected.contains(&0.0) && largest > 0.5, "{largest}");
         }
     }
 }

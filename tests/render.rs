@@ -65,6 +65,7 @@ fn squares(places: &[(f32, bool)]) -> Scene {
         frame: LocalFrame::default(),
         enclosed: Vec::new(),
         two_sided: false,
+        faceted: false,
         warnings: Vec::new(),
     }
 }

@@ -157,7 +157,8 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     assert_eq!(patches("PowerSums"), sums);
     assert_eq!(
         wgsl_layout("lightmap/ledger.wgsl", "Ledger"),
-        rust_layout!(LedgerSums: arrived, shooters, reflected, spare, escaped, spare_too, unshot, spare_three)
+        rust_layout!(LedgerSums: arrived, shooters, reflected, spare, escaped, spare_too, on_backs, spare_three, unshot,
+            spare_four)
     );
 }
 

@@ -148,6 +148,7 @@ fn a_solution_of_another_scene_or_tessellation_is_refused_by_a_line_that_names_b
         frame: LocalFrame::default(),
         enclosed: Vec::new(),
         two_sided: false,
+        faceted: false,
         warnings: Vec::new(),
     };
     let info = info();

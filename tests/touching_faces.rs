@@ -144,8 +144,10 @@ fn traced(scene: &Arc<Scene>, light: Option<AreaLightState>, points: &[TruthPoin
     let tracer = Tracer::new(scene.clone());
     let light = light.map(|light| light.to_local(&scene.frame));
     let settings = PathSettings { samples: 1000, bounces: 40, seed: 5 };
-    let origins: Vec<_> =
-        points.iter().map(|point| ray_origin(scene, point, locate(scene, &tracer, point).unwrap().on())).collect();
+    let origins: Vec<_> = points
+        .iter()
+        .map(|point| ray_origin(scene, &tracer, point, locate(scene, &tracer, point).unwrap().on()))
+        .collect();
     let found = PathTracer::new(scene, &tracer, light.as_ref(), settings).estimate_all(&origins, |_| ());
     found.iter().map(|found| [found.direct.mean.x, found.total.mean.x, found.total.standard_error.x]).collect()
 }

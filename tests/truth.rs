@@ -15,7 +15,7 @@ use radiosity::{
         truth_file::TruthPoint,
     },
     scene::{LoadOptions, load},
-    trace::Tracer,
+    trace::{Located, Tracer},
 };
 
 /// Every so many-th point of a truth is computed, with so many paths: seconds, and enough to see an error of 1 %.
@@ -113,7 +113,7 @@ fn at_corners_and_on_edges_of_a_closed_box_the_truth_is_that_of_its_walls() {
                 let point = TruthPoint { position, normal: inwards * DVec3::AXES[axis] };
                 let place = locate(&scene, &tracer, &point);
                 assert!(place.is_some(), "{position}");
-                origins.push(ray_origin(&scene, &point, place));
+                origins.push(ray_origin(&scene, &tracer, &point, place.and_then(Located::on)));
             }
         }
     }

@@ -21,7 +21,10 @@ use super::{
     view_settings::Shown,
 };
 use crate::{
-    files::{self, loaded_scene},
+    files::{
+        self,
+        loaded_scene::{self, LoadedScene},
+    },
     solver::State,
 };
 
@@ -99,6 +102,12 @@ impl App {
             Command::Ask(purpose) => self.ask(purpose),
             Command::OpenScene(path) => {
                 self.loader.run(move || Ok(Done::Scene(Box::new(loader::open_scene(&path, None)?))));
+            }
+            Command::ReadAgain(options) => {
+                let LoadedScene { path, state, .. } = self.document.loaded.clone();
+                let state = State { load: Some(options.clone()), ..state };
+                let read = move || loader::prepare(LoadedScene::load(&path, state, options)?, Vec::new());
+                self.loader.run(move || Ok(Done::Scene(Box::new(read()?))));
             }
             Command::LoadSolution(path) => {
                 let (loaded, scene) = self.scene_of_solutions();

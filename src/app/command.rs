@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::file_dialog::Purpose;
+use crate::scene::LoadOptions;
 
 /// A wish; the window fulfils it after all panels were drawn, so that no panel reaches into another.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +42,8 @@ pub enum Command {
     Ask(Purpose),
     /// Open a scene.
     OpenScene(PathBuf),
+    /// Read the scene again, with these options.
+    ReadAgain(LoadOptions),
     /// Write the solution as a mesh with vertex colours (PLY) or a table (CSV).
     SaveMesh(PathBuf),
     /// Write the solution.

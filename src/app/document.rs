@@ -10,6 +10,7 @@ use crate::{
     math::color::ToneMap,
     scene::{Material, area_light::AreaLightState, inspect::SceneReport},
     solver::{SolveSettings, State},
+    transport::facing::Facing,
 };
 
 /// What undo takes back.
@@ -78,6 +79,8 @@ pub struct Document {
     pub elements: Elements,
     /// The scene in numbers.
     pub report: SceneReport,
+    /// What is to be said of the sides that light meets.
+    pub facing: Option<Facing>,
     /// As it is edited.
     pub edit: Edit,
     /// As it was at first, for the reset buttons.
@@ -87,14 +90,14 @@ pub struct Document {
 impl Document {
     /// A scene that was just opened.
     pub fn new(opened: OpenedScene) -> Self {
-        let OpenedScene { loaded, elements, report, .. } = opened;
+        let OpenedScene { loaded, elements, report, facing, .. } = opened;
         let edit = Edit {
             light: loaded.state.light,
             settings: loaded.state.settings.clone().unwrap_or_default(),
             materials: Arc::new(loaded.scene.materials.clone()),
             tone_map: loaded.tone_map,
         };
-        Self { loaded, elements, report, original: edit.clone(), edit }
+        Self { loaded, elements, report, facing, original: edit.clone(), edit }
     }
 
     /// Length of the scene's longest side, in metres.

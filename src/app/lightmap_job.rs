@@ -331,12 +331,14 @@ impl Work {
 fn summary(solver: &GpuSolver, busy: Duration) -> String {
     let (ledger, size) = (solver.ledger(), solver.size());
     format!(
-        "{} texels, {} MiB, {} shooters in {:.1} s, {:.2} % unabsorbed, balance {:+.2} %, mean {:.4} W/m²",
+        "{} texels, {} MiB, {} shooters in {:.1} s, {:.2} % unabsorbed, {:.2} % on back faces, balance {:+.2} %, \
+         mean {:.4} W/m²",
         size.texels,
         size.bytes.div_ceil(1 << 20),
         ledger.shooters,
         busy.as_secs_f64(),
         100.0 * ledger.unabsorbed(),
+        100.0 * ledger.part_on_backs(),
         100.0 * ledger.balance(),
         ledger.arrived.element_sum() / 3.0 / size.square_metres
     )

@@ -22,6 +22,7 @@ use crate::{
     scene::{Scene, inspect},
     solver::{Solution, SolveSettings},
     student::FUNCTIONS,
+    transport::facing::{Facing, facing},
 };
 
 /// A scene, ready to be shown.
@@ -32,6 +33,8 @@ pub struct OpenedScene {
     pub elements: Elements,
     /// The scene in numbers.
     pub report: inspect::SceneReport,
+    /// What is to be said of the sides that light meets.
+    pub facing: Option<Facing>,
     /// What is to be said about the state and the scene.
     pub warnings: Vec<String>,
 }
@@ -57,7 +60,10 @@ pub fn prepare(loaded: LoadedScene, mut warnings: Vec<String>) -> anyhow::Result
     let elements =
         Elements::new(Arc::clone(&loaded.scene), loaded.load.clone(), &settings).map_err(anyhow::Error::msg)?;
     let report = inspect::report(&loaded.scene);
-    Ok(OpenedScene { loaded, elements, report, warnings })
+    let light = loaded.state.light.map(|light| light.to_local(&loaded.scene.frame));
+    let facing = facing(&loaded.scene, &*elements.tracer, light.as_ref(), &loaded.load);
+    warnings.extend(facing.iter().map(|facing| format!("{}: {}", loaded.path.display(), facing.text)));
+    Ok(OpenedScene { loaded, elements, report, facing, warnings })
 }
 
 /// Reads a solution of a scene. The scene is read again if it was solved with other options than it was opened with.

@@ -5,8 +5,17 @@ use std::sync::Arc;
 use egui::{DragValue, RichText, Ui};
 use glam::Vec3;
 
-use super::{command::Command, controls::rows, document::Document, file_dialog::Purpose};
-use crate::scene::Material;
+use super::{
+    command::Command,
+    controls::{flag_help, rows},
+    document::Document,
+    file_dialog::Purpose,
+    notices::Level,
+};
+use crate::{
+    scene::{LoadOptions, Material},
+    transport::facing::Remedy,
+};
 
 /// Draws the panel and edits the document's materials.
 pub(super) fn ui(ui: &mut Ui, document: &mut Document) -> Option<Command> {
@@ -35,6 +44,22 @@ pub(super) fn ui(ui: &mut Ui, document: &mut Document) -> Option<Command> {
         let repairs = if report.warnings.is_empty() { String::from("none") } else { report.warnings.len().to_string() };
         line("Repairs", repairs);
     });
+    let load = &document.loaded.load;
+    let mut faceted = load.faceted;
+    let tooltip = format!("{} The scene is read again", flag_help::<LoadOptions>("faceted"));
+    if ui.checkbox(&mut faceted, "Faceted").on_hover_text(tooltip).changed() {
+        command = Some(Command::ReadAgain(LoadOptions { faceted, ..load.clone() }));
+    }
+    if let Some(facing) = &document.facing {
+        ui.label(RichText::new(&facing.text).color(Level::Warning.colour()));
+        let (name, remedied) = match facing.remedy {
+            Remedy::Flip => ("Flip", LoadOptions { flip: !load.flip, ..load.clone() }),
+            Remedy::TwoSided => ("Make two-sided", LoadOptions { two_sided: true, ..load.clone() }),
+        };
+        if ui.button(name).on_hover_text("Reads the scene again").clicked() {
+            command = Some(Command::ReadAgain(remedied));
+        }
+    }
     egui::CollapsingHeader::new("Materials").show(ui, |ui| materials_ui(ui, document));
     command
 }

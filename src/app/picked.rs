@@ -89,7 +89,11 @@ impl Picked {
     pub fn shares(&self, elements: &Elements, results: &Results) -> Vec<(String, f32)> {
         let scene = &elements.scene;
         let at = |field: &[Vec3], triangle, place| elements.tessellation.interpolate(field, triangle, place);
-        let from = SurfacePoint::new(scene, self.triangle, self.barycentric);
+        let from = SurfacePoint::new(scene, self.triangle, self.barycentric).on_curve(
+            scene,
+            self.barycentric,
+            &*elements.tracer,
+        );
         let sequence = Sequence::new(Sampler::Sobol, 1, self.triangle, Stream::Hemisphere, SHARE_RAYS);
         let mut reflected = vec![0.0; scene.materials.len()];
         for index in 0..SHARE_RAYS {

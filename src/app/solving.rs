@@ -60,7 +60,7 @@ pub enum SolveEvent {
         seconds: f64,
     },
     /// Something to be said before it begins.
-    Remark(&'static str),
+    Remark(String),
     /// A student's function failed, for the first time.
     Fault(Fault),
     /// How far the sum of all bounces may be off by its sampling.
@@ -246,7 +246,8 @@ impl Work {
             let problem = elements.problem(&self.input);
             let darkness = vec![Vec3::ZERO; elements.tessellation.mesh.positions.len()];
             self.send(SolveEvent::Elements(elements.clone(), Arc::new(darkness)));
-            if let Some(remark) = problem.remark() {
+            let remark = problem.remark().map(String::from);
+            for remark in remark.into_iter().chain(problem.facing().map(|facing| facing.text)) {
                 self.send(SolveEvent::Remark(remark));
             }
             let job =

@@ -126,7 +126,11 @@ impl<'a, R: RayTracer> PathTracer<'a, R> {
                 break;
             }
             throughput /= survival;
-            point = SurfacePoint::new(self.scene, hit.triangle, hit.barycentric);
+            point = SurfacePoint::new(self.scene, hit.triangle, hit.barycentric).on_curve(
+                self.scene,
+                hit.barycentric,
+                self.tracer,
+            );
         }
         sums
     }
@@ -235,6 +239,7 @@ mod tests {
             frame: LocalFrame::default(),
             enclosed: Vec::new(),
             two_sided: false,
+            faceted: false,
             warnings: Vec::new(),
         })
     }

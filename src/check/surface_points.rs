@@ -61,15 +61,21 @@ pub fn locate(scene: &Scene, tracer: &impl RayTracer, point: &TruthPoint) -> Opt
 }
 
 /// Where rays leave from for a file's point, about the file's own normal; from an edge a little inside. A point on no
-/// surface stays where it is.
-pub fn ray_origin(scene: &Scene, point: &TruthPoint, on: Option<TrianglePoint>) -> SurfacePoint {
+/// surface stays where it is. `tracer` must hold the same scene.
+pub fn ray_origin(
+    scene: &Scene,
+    tracer: &dyn RayTracer,
+    point: &TruthPoint,
+    on: Option<TrianglePoint>,
+) -> SurfacePoint {
     let shading_normal = point.normal.as_vec3();
     match on {
         Some((triangle, barycentric)) => {
             let weights = Vec3::new(1.0 - barycentric.element_sum(), barycentric.x, barycentric.y);
             let inside = weights.max(Vec3::splat(LEAST_WEIGHT));
             let barycentric = Vec2::new(inside.y, inside.z) / inside.element_sum();
-            SurfacePoint { shading_normal, ..SurfacePoint::new(scene, triangle, barycentric) }
+            let point = SurfacePoint { shading_normal, ..SurfacePoint::new(scene, triangle, barycentric) };
+            point.on_curve(scene, barycentric, tracer)
         }
         None => SurfacePoint {
             origin: scene.frame.point_to_local(point.position),

@@ -1,11 +1,16 @@
 //! `inspect`: what a scene file holds, and what was repaired in it.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use super::Outcome;
 use crate::scene::inspect::{MaterialReport, SceneReport, report};
-use crate::{files::loaded_scene::read_scene, scene::LoadOptions};
+use crate::{
+    files::loaded_scene::{read_scene, read_state},
+    scene::LoadOptions,
+    trace::Tracer,
+    transport::facing::facing,
+};
 
 /// Read a scene and say what it holds: sizes, materials, emitters, textures, repairs.
 #[derive(Debug, clap::Args)]
@@ -25,8 +30,12 @@ pub struct InspectArgs {
 /// # Errors
 /// If the scene cannot be read.
 pub fn run(arguments: &InspectArgs) -> anyhow::Result<Outcome> {
-    let scene = read_scene(&arguments.scene, &arguments.options)?;
-    let report = report(&scene);
+    let scene = Arc::new(read_scene(&arguments.scene, &arguments.options)?);
+    let mut report = report(&scene);
+    let (state, _) = read_state(&arguments.scene, None)?;
+    let light = state.light.map(|light| light.to_local(&scene.frame));
+    let tracer = Tracer::new(Arc::clone(&scene));
+    report.warnings.extend(facing(&scene, &tracer, light.as_ref(), &arguments.options).map(|facing| facing.text));
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&report)?);
     } else {

@@ -31,6 +31,7 @@ use crate::{
     scene::area_light::AreaLightState,
     solver::{LightmapSolution, lightmap_solution::LightmapInfo},
     trace::Tracer,
+    transport::facing::facing,
 };
 
 /// Arguments of `radiosity lightmap`.
@@ -97,7 +98,9 @@ pub struct LightmapReport {
     pub unabsorbed: f64,
     /// Fraction that left the scene.
     pub escaped: f64,
-    /// (absorbed + escaped + unabsorbed) / emitted - 1.
+    /// Fraction that met back faces.
+    pub on_backs: f64,
+    /// (absorbed + escaped + on backs + unabsorbed) / emitted - 1.
     pub balance: f64,
 }
 
@@ -113,6 +116,10 @@ pub fn run(args: &LightmapArgs, matches: &ArgMatches) -> anyhow::Result<Outcome>
     let cancelled = cancelled_by_interrupt();
     let mut progress = Progress::new(args.json);
     let tracer = Tracer::new(Arc::clone(&loaded.scene));
+    let local_light = light.map(|light| light.to_local(&loaded.scene.frame));
+    if let Some(facing) = facing(&loaded.scene, &tracer, local_light.as_ref(), &loaded.load) {
+        eprintln!("warning: {}", facing.text);
+    }
     let started = Instant::now();
     let Some(atlas) = unwrap_with_progress(&loaded, &tracer, args, &cancelled)? else {
         eprintln!("cancelled: there is nothing to keep yet");
@@ -121,7 +128,6 @@ pub fn run(args: &LightmapArgs, matches: &ArgMatches) -> anyhow::Result<Outcome>
     let atlas_seconds = started.elapsed().as_secs_f64();
     let started = Instant::now();
     let opened = device.open().map_err(anyhow::Error::msg)?;
-    let local_light = light.map(|light| light.to_local(&loaded.scene.frame));
     let solver = GpuSolver::new((&opened.0, &opened.1), &loaded.scene, &atlas, local_light.as_ref(), &args.settings);
     let mut solver = solver.map_err(anyhow::Error::msg)?;
     while !solver.is_done() && !cancelled.load(Relaxed) {
@@ -152,6 +158,7 @@ pub fn run(args: &LightmapArgs, matches: &ArgMatches) -> anyhow::Result<Outcome>
         passes: solver.pass_times(),
         unabsorbed: ledger.unabsorbed(),
         escaped: ledger.escaped_part(),
+        on_backs: ledger.part_on_backs(),
         balance: ledger.balance(),
     };
     if args.json {
@@ -257,9 +264,10 @@ fn print_summary(report: &LightmapReport, folder: &Path) {
         println!("           {seconds:.3} {pass}, {runs} times");
     }
     println!(
-        "power      {:.2} % unabsorbed, {:.2} % escaped, balance {:+.3} %",
+        "power      {:.2} % unabsorbed, {:.2} % escaped, {:.2} % on back faces, balance {:+.3} %",
         100.0 * report.unabsorbed,
         100.0 * report.escaped,
+        100.0 * report.on_backs,
         100.0 * report.balance
     );
     println!("files      {}", folder.join(SOLUTION_NAME).display());

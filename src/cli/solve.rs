@@ -70,6 +70,8 @@ pub struct FullReport<'a> {
     pub build_seconds: f64,
     /// Bounces, direct light included.
     pub bounces: usize,
+    /// What is to be said of the sides that light meets.
+    pub facing: Option<&'a str>,
     /// What the solver did.
     pub solve: &'a SolveReport,
 }
@@ -86,6 +88,8 @@ pub struct Solved {
     pub report: SolveReport,
     /// Seconds to build the tree and the elements.
     pub build_seconds: f64,
+    /// What is to be said of the sides that light meets.
+    pub facing: Option<String>,
 }
 
 /// Runs the command.
@@ -131,6 +135,7 @@ pub fn full_report<'a>(loaded: &LoadedScene, solved: &'a Solved, threads: usize)
         threads: if threads == 0 { rayon::current_num_threads() } else { threads },
         build_seconds: solved.build_seconds,
         bounces: solved.solution.bounces.len(),
+        facing: solved.facing.as_deref(),
         solve: &solved.report,
     }
 }
@@ -157,6 +162,10 @@ pub fn solve_with_progress(
     if let Some(remark) = problem.remark() {
         eprintln!("warning: {remark}");
     }
+    let facing = problem.facing().map(|facing| facing.text);
+    if let Some(text) = &facing {
+        eprintln!("warning: {text}");
+    }
     let job = Job::start(problem, threads).context("the solver's threads could not be started")?;
     cancel_on_interrupt(&job);
     let mut progress = Progress::new(quiet);
@@ -169,7 +178,7 @@ pub fn solve_with_progress(
     let solved = job.finish().context("the solver stopped by an error of its own; please report it")?;
     let solver::Solved { solution, report, tessellation, .. } = solved;
     progress.finish(if solution.info.complete { "done" } else { "cancelled: what was computed is kept" });
-    Ok(Solved { tracer, tessellation, solution, report, build_seconds })
+    Ok(Solved { tracer, tessellation, solution, report, build_seconds, facing })
 }
 
 fn cancel_on_interrupt(job: &Job) {
@@ -258,4 +267,7 @@ pub fn print_summary(report: &FullReport) {
         100.0 * absorbed / emitted.max(1e-30),
         100.0 * escaped / emitted.max(1e-30)
     );
+    if let Some(text) = report.facing {
+        println!("           {text}");
+    }
 }

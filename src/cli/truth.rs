@@ -93,7 +93,10 @@ fn points_of(args: &TruthArgs, scene: &Scene, tracer: &Tracer) -> anyhow::Result
         if places.is_empty() {
             bail!("{}: no points to compute: no surface, or --sample 0", args.scene.scene.display());
         }
-        let origins = places.iter().map(|&(triangle, place)| SurfacePoint::new(scene, triangle, place)).collect();
+        let origins = places
+            .iter()
+            .map(|&(triangle, place)| SurfacePoint::new(scene, triangle, place).on_curve(scene, place, tracer))
+            .collect();
         return Ok((places.iter().map(|&place| truth_point(scene, place)).collect(), origins));
     };
     let points = truth_file::read(path)?.points;
@@ -108,7 +111,7 @@ fn points_of(args: &TruthArgs, scene: &Scene, tracer: &Tracer) -> anyhow::Result
     let origins = points
         .iter()
         .zip(located)
-        .map(|(point, place)| ray_origin(scene, point, place.and_then(Located::on)))
+        .map(|(point, place)| ray_origin(scene, tracer, point, place.and_then(Located::on)))
         .collect();
     Ok((points, origins))
 }

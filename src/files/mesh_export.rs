@@ -227,6 +227,7 @@ mod tests {
             frame,
             enclosed: Vec::new(),
             two_sided: false,
+            faceted: false,
             warnings: Vec::new(),
         };
         let tessellation = Tessellation::new(&scene, &TessellationOptions { subdivide: 0, max_edge: None }).unwrap();

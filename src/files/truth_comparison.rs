@@ -66,10 +66,11 @@ pub fn compare_with_truth(
     let found = || rebuilt.iter().zip(values).filter_map(|(value, truth)| Some((value.as_ref()?, truth)));
     let (direct, total): (Vec<_>, Vec<_>) = found().map(|((direct, total, ..), _)| (*direct, *total)).unzip();
     let (true_direct, true_total): (Vec<_>, Vec<_>) = found().map(|(_, truth)| (truth.direct, truth.total)).unzip();
-    let error_at = |((_, total, place), truth): (&(DVec3, DVec3, Option<(u32, Vec2)>), &TruthValue)| {
-        place.map(|(triangle, barycentric)| PointError { triangle, barycentric, difference: *total - truth.total })
-    };
-    let points = found().filter_map(error_at).collect();
+    let points = found().filter_map(|((_, total, place), truth)| {
+        let (triangle, barycentric) = (*place)?;
+        Some(PointError { triangle, barycentric, difference: *total - truth.total })
+    });
+    let points = points.collect();
     let errors =
         field_errors(Field { direct: &direct, total: &total }, Field { direct: &true_direct, total: &true_total });
     Ok(TruthComparison { errors, off_surface, points })

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     scene::{Scene, mesh::unit_or_zero},
-    trace::{RayTracer, surface::lift},
+    trace::{RayTracer, SurfacePoint, surface::lift},
 };
 
 /// A texel that is covered by surface: wholly, or by what a triangle leaves in it.
@@ -113,7 +113,7 @@ pub fn texel_table(
     let mut parts: Vec<Part> = found.into_iter().flat_map(|(parts, _)| parts).collect();
     parts.sort_by_key(|part| part.pixel); // stable: parts of one texel stay in the order of their triangles
     let mut texels: Vec<Texel> =
-        parts.chunk_by(|a, b| a.pixel == b.pixel).map(|parts| merged(scene, charts, &rooms, parts)).collect();
+        parts.chunk_by(|a, b| a.pixel == b.pixel).map(|parts| merged(scene, tracer, charts, &rooms, parts)).collect();
     give_away_slivers(charts, &mut texels);
     texels.sort_by_cached_key(|texel| (block_key(charts, texel, 0), texel.pixel));
     Some(texels)
@@ -224,7 +224,7 @@ fn mean_reflectance(scene: &Scene, triangle: u32, flat: &TexelTriangle, piece: &
 }
 
 /// The parts of one texel as one.
-fn merged(scene: &Scene, charts: &Charts, rooms: &[u32], parts: &[Part]) -> Texel {
+fn merged(scene: &Scene, tracer: &dyn RayTracer, charts: &Charts, rooms: &[u32], parts: &[Part]) -> Texel {
     let mesh = &scene.mesh;
     let area: f32 = parts.iter().map(|part| part.area).sum();
     let open: f32 = parts.iter().map(|part| part.area * part.open).sum();
@@ -249,14 +249,18 @@ fn merged(scene: &Scene, charts: &Charts, rooms: &[u32], parts: &[Part]) -> Texe
     let steps = flat.map_or([Vec2::ZERO; 2], |flat| flat.barycentric_steps());
     let shading = unit_or_zero(mean(&|part| mesh.shading_normal(part.triangle, part.barycentric)));
     let radiance = mean(&|part| scene.material(part.triangle).emitted_radiance) / total;
+    let shading_normal = if shading == Vec3::ZERO { geometric_normal } else { shading };
+    let origin = lift(position, geometric_normal, [a, b, c]);
+    let point =
+        SurfacePoint { origin, geometric_normal, shading_normal, triangle }.on_curve(scene, barycentric, tracer);
     Texel {
         pixel: parts[0].pixel,
         triangle,
         chart: charts.chart_of_triangle[triangle as usize],
         room: rooms[triangle as usize],
-        position: lift(position, geometric_normal, [a, b, c]),
-        geometric_normal,
-        shading_normal: if shading == Vec3::ZERO { geometric_normal } else { shading },
+        position: point.origin,
+        geometric_normal: point.geometric_normal,
+        shading_normal,
         steps: steps.map(|step| step.x * (b - a) + step.y * (c - a)),
         area,
         open: (open / area).min(1.0),

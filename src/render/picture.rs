@@ -130,7 +130,7 @@ fn sample_colour<Tracer: RayTracer>(
 }
 
 /// sRGB-coded colour of the front side of a surface.
-fn surface_colour<Tracer>(
+fn surface_colour<Tracer: RayTracer>(
     subject: &Subject<'_, Tracer>,
     settings: &RenderSettings,
     hit: &Hit,
@@ -143,7 +143,7 @@ fn surface_colour<Tracer>(
             Some(charts) => charts.interpolate(subject.field, triangle, barycentric),
             None => subject.tessellation.interpolate(subject.field, triangle, barycentric),
         };
-        let point = || SurfacePoint::new(scene, triangle, barycentric);
+        let point = || SurfacePoint::new(scene, triangle, barycentric).on_curve(scene, barycentric, subject.tracer);
         interpolated + subject.direct.map_or(Vec3::ZERO, |direct| direct(&point(), scratch))
     };
     match settings.view {

@@ -81,7 +81,17 @@ fn load_text(
     if mesh.triangles.is_empty() {
         return Err(no_face(&warnings));
     }
-    Ok(Scene { name, mesh, materials, textures, frame, enclosed, two_sided: options.two_sided, warnings })
+    Ok(Scene {
+        name,
+        mesh,
+        materials,
+        textures,
+        frame,
+        enclosed,
+        two_sided: options.two_sided,
+        faceted: options.faceted,
+        warnings,
+    })
 }
 
 /// "1 face", "2 faces": a count with its noun.

@@ -48,6 +48,8 @@ pub struct Scene {
     pub enclosed: Vec<[Vec3; 3]>,
     /// If set, the second half of the mesh's triangles are the flipped copies of the first half.
     pub two_sided: bool,
+    /// Triangles are flat whatever their normals say: rays do not leave from the curved surface that these tell of.
+    pub faceted: bool,
     /// What was dropped, repaired or missing at load; one line each, in the order met.
     pub warnings: Vec<String>,
 }
@@ -126,6 +128,9 @@ impl Scene {
         }
         hasher.update(&self.frame.metres_per_unit.to_le_bytes());
         hasher.update(&[u8::from(self.two_sided)]);
+        if self.faceted {
+            hasher.update(b"faceted");
+        }
         hasher.finalize().to_hex().to_string()
     }
 }

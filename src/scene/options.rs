@@ -30,6 +30,10 @@ pub struct LoadOptions {
     /// Give every surface two sides, each lit on its own.
     #[arg(long)]
     pub two_sided: bool,
+    /// Take triangles as flat although their normals tell of a curved surface: at the edge of a shadow on a rounded body
+    /// whole triangles then go dark. Otherwise light reaches as far round as the normals say.
+    #[arg(long)]
+    pub faceted: bool,
     /// The highest reflectance that a material keeps, in any band; up to 0.999. Higher ones are clamped, and counted.
     #[arg(long, value_name = "REFLECTANCE", default_value_t = LoadOptions::default().reflectance_limit)]
     pub reflectance_limit: f32,
@@ -50,6 +54,7 @@ impl Default for LoadOptions {
             merge_flat: None,
             unit_size: false,
             two_sided: false,
+            faceted: false,
             reflectance_limit: 0.95,
             opaque: false,
             texture_filter: TextureFilter::Nearest,

@@ -85,7 +85,8 @@ impl<'a> Reconstructor<'a> {
         let _ = scratch;
         let (element, local) = self.tessellation.locate(scene_triangle, barycentric);
         let corners = self.tessellation.mesh.triangles[element as usize].map(|vertex| vertex as usize);
-        let point = SurfacePoint::new(self.scene, scene_triangle, barycentric);
+        let point =
+            SurfacePoint::new(self.scene, scene_triangle, barycentric).on_curve(self.scene, barycentric, self.tracer);
         if corners.iter().any(|&corner| self.solution.buried[corner]) && point.is_buried(self.tracer) {
             return PointIrradiance::default();
         }

@@ -25,7 +25,12 @@ use crate::{
     scene::{LoadOptions, Scene, Tessellation, area_light::AreaLightState},
     student::{FUNCTIONS, Functions},
     trace::RayTracer,
-    transport::{Lights, VertexOrigins, lights::Emitters, visible_light::ShadowRays},
+    transport::{
+        Lights, VertexOrigins,
+        facing::{Facing, facing},
+        lights::Emitters,
+        visible_light::ShadowRays,
+    },
 };
 
 /// What is to be solved.
@@ -73,6 +78,12 @@ impl Problem {
             "src/student lights a scene by the placed area light alone: its emissive materials give no light with \
              the engine `student`",
         )
+    }
+
+    /// What should be said of the sides that light meets, if anything.
+    pub fn facing(&self) -> Option<Facing> {
+        let light = self.light.map(|light| light.to_local(&self.scene.frame));
+        facing(&self.scene, &*self.tracer, light.as_ref(), &self.load)
     }
 }
 

@@ -210,9 +210,14 @@ impl<'s> StudentSolve<'s> {
         if self.monitor.is_cancelled() {
             return 0;
         }
-        self.origins.collect(&self.problem.scene, &self.problem.tessellation, vertex, origins);
+        self.collect(vertex, origins);
         let is_free = |origin: &SurfacePoint| !origin.is_buried(&*self.problem.tracer);
         (0..).zip(origins.iter()).map(|(place, origin)| Usable::from(is_free(origin)) << place).sum()
+    }
+
+    fn collect(&self, vertex: u32, origins: &mut Vec<SurfacePoint>) {
+        let Problem { scene, tracer, tessellation, .. } = self.problem;
+        self.origins.collect((scene, &**tracer), tessellation, vertex, origins);
     }
 
     fn is_buried(&self, vertex: u32, usable: Usable) -> bool {
@@ -274,7 +279,7 @@ impl<'s> StudentSolve<'s> {
     pub(super) fn receivers(&self, vertex: u32, usable: Usable) -> impl Iterator<Item = Receiver> {
         let mut points = Vec::new();
         if usable != 0 {
-            self.origins.collect(&self.problem.scene, &self.problem.tessellation, vertex, &mut points);
+            self.collect(vertex, &mut points);
         }
         let free = (0..).zip(points).filter(move |(place, _)| usable & (1 << place) != 0).map(|(_, point)| point);
         let receiver = move |(place, point)| Receiver { vertex, place: (place, usable.count_ones()), point };

@@ -3,6 +3,7 @@
 //! [`RayTracer`] is all the solver asks of a ray tracer, so that a student can bring their own.
 
 pub mod bvh;
+mod curve;
 pub mod locate;
 mod shaft;
 mod split_tree;

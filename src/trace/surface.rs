@@ -15,7 +15,8 @@ const RAYS_FOR_BURIAL: u32 = 16;
 pub struct SurfacePoint {
     /// The point, lifted off the surface by its own rounding error ([`lift`]).
     pub origin: Vec3,
-    /// Unit normal of the triangle's front side.
+    /// Unit normal of the surface itself, below which nothing is seen: of the triangle's front side, or of the curved
+    /// surface that it stands for ([`SurfacePoint::on_curve`]).
     pub geometric_normal: Vec3,
     /// Unit shading normal: the axis of the hemisphere that is gathered.
     pub shading_normal: Vec3,

@@ -4,6 +4,7 @@
 mod blocks;
 #[cfg(feature = "reference")]
 pub mod direct;
+pub mod facing;
 pub mod lamps;
 pub mod lights;
 pub mod origins;

@@ -5,12 +5,12 @@
 //! (nearly all its rays meet back faces) is left out of the vertex's value.
 
 use clap::ValueEnum;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    scene::{Scene, Tessellation},
-    trace::{SurfacePoint, surface::lift},
+    scene::{Scene, Tessellation, mesh::interpolate},
+    trace::{RayTracer, SurfacePoint, surface::lift},
 };
 
 /// What a vertex's value stands for.
@@ -69,8 +69,14 @@ impl VertexOrigins {
     }
 
     /// Puts the start points of a vertex's rays into `origins`; none for a vertex of no element. All have the
-    /// vertex's own shading normal.
-    pub fn collect(&self, scene: &Scene, tessellation: &Tessellation, vertex: u32, origins: &mut Vec<SurfacePoint>) {
+    /// vertex's own shading normal. `tracer` must hold the same scene.
+    pub fn collect(
+        &self,
+        (scene, tracer): (&Scene, &dyn RayTracer),
+        tessellation: &Tessellation,
+        vertex: u32,
+        origins: &mut Vec<SurfacePoint>,
+    ) {
         origins.clear();
         let around = self.elements_around(vertex);
         let mesh = &tessellation.mesh;
@@ -81,12 +87,17 @@ impl VertexOrigins {
             let geometric_normal = scene.mesh.geometric_normal(triangle);
             let centroid = mesh.corners(element).into_iter().sum::<Vec3>() / 3.0;
             let moved = position.lerp(centroid, MOVE_INTO_ELEMENT);
-            origins.push(SurfacePoint {
+            let corner = mesh.triangles[element as usize].iter().position(|&corner| corner == vertex).unwrap_or(0);
+            let inside = Vec3::AXES[corner].lerp(Vec3::splat(1.0 / 3.0), MOVE_INTO_ELEMENT);
+            let barycentrics = tessellation.corner_barycentrics[element as usize];
+            let origin = SurfacePoint {
                 origin: lift(moved, geometric_normal, scene.mesh.corners(triangle)),
                 geometric_normal,
                 shading_normal: mesh.normals[vertex as usize],
                 triangle,
-            });
+            };
+            let on_triangle = interpolate(barycentrics, Vec2::new(inside.y, inside.z));
+            origins.push(origin.on_curve(scene, on_triangle, tracer));
         }
     }
 }

@@ -25,7 +25,7 @@ pub type HatRow = Vec<(u32, f32)>;
 impl Star {
     /// Puts one point a ray into `points`, with density b_i(x) / ∫ b_i dA around vertex i: eq. 7 is then a plain mean.
     pub fn collect(&mut self, transport: &Transport, vertex: u32, points: &mut Vec<SurfacePoint>) {
-        let &Transport { scene, tessellation, sampler, seed, .. } = transport;
+        let &Transport { scene, tracer, tessellation, sampler, seed, .. } = transport;
         let rays = transport.rays_of(vertex);
         let around = transport.origins.elements_around(vertex);
         points.clear();
@@ -45,7 +45,7 @@ impl Star {
             let barycentric = hat_point(Vec2::new(rest, place.y), corner.unwrap_or(0));
             let triangle = tessellation.scene_triangle[element as usize];
             let on_triangle = interpolate(tessellation.corner_barycentrics[element as usize], barycentric);
-            points.push(SurfacePoint::new(scene, triangle, on_triangle));
+            points.push(SurfacePoint::new(scene, triangle, on_triangle).on_curve(scene, on_triangle, tracer));
             self.places.push((element, barycentric));
         }
     }

@@ -65,7 +65,7 @@ impl Transport<'_> {
             if self.averages() {
                 star.collect(self, vertex, &mut origins);
             } else {
-                self.origins.collect(self.scene, self.tessellation, vertex, &mut origins);
+                self.origins.collect((self.scene, self.tracer), self.tessellation, vertex, &mut origins);
             }
             let start = chunk.entries.len();
             runs.clear();

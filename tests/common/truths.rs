@@ -77,7 +77,7 @@ pub(crate) fn agreement_of(case: &Case, brightness: f32, samples: u32, floor: f6
     let origins: Vec<_> = case
         .points
         .iter()
-        .map(|point| ray_origin(&case.scene, point, locate(&case.scene, &tracer, point).unwrap().on()))
+        .map(|point| ray_origin(&case.scene, &tracer, point, locate(&case.scene, &tracer, point).unwrap().on()))
         .collect();
     let settings = PathSettings { samples, bounces: case.bounces, seed: 5 };
     let path_tracer = PathTracer::new(&case.scene, &tracer, light.as_ref(), settings);

@@ -115,6 +115,7 @@ impl Stage {
                 frame,
                 enclosed: Vec::new(),
                 two_sided: false,
+                faceted: false,
                 warnings: Vec::new(),
             }
             .into(),
@@ -155,7 +156,7 @@ impl Stage {
         let vertices = (0..mesh.positions.len() as u32).filter(faces);
         let vertex = vertices.min_by(|a, b| distance(*a).total_cmp(&distance(*b))).unwrap_or(0);
         let mut points = Vec::new();
-        self.origins.collect(&self.scene, &self.tessellation, vertex, &mut points);
+        self.origins.collect((&self.scene, &self.tracer), &self.tessellation, vertex, &mut points);
         Receiver { vertex, place: (0, 1), point: points[0] }
     }
 

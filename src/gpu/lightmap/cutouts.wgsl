@@ -69,6 +69,15 @@ fn cut_out(varyings: Varyings) {
     }
 }
 
+// As `hemicube.wgsl` writes it.
+@fragment
+fn cut_out_side(varyings: Varyings, @builtin(front_facing) is_front: bool) -> @location(0) u32 {
+    if is_hole(varyings) {
+        discard;
+    }
+    return select(0u, 1u, is_front);
+}
+
 // As `item_buffer.wgsl` writes it.
 @fragment
 fn cut_out_item(varyings: Varyings, @builtin(front_facing) is_front: bool) -> @location(0) u32 {

@@ -75,7 +75,7 @@ impl GpuSolver {
 
     /// Items of the last batch's hemispheres, lights apart, if it has them: numbers of triangles + 1.
     pub fn item_buffer(&self) -> Option<&wgpu::TextureView> {
-        self.hemicubes.pass.hemispheres.as_ref().map(|pass| &pass.items)
+        self.hemicubes.pass.hemispheres.as_ref().and(self.hemicubes.pass.sides.as_ref())
     }
 
     /// Reads the fields back, for a file or a comparison.

@@ -10,6 +10,7 @@ use glam::Vec2;
 use super::{
     cutouts::{CutoutBuffers, CutoutPass},
     hemisphere::{self, HemispherePass},
+    item_buffer::ITEM_FORMAT,
     pipelines::{FaceDraw, POSITIONS, face_pipeline, module},
     shaders::Shaders,
 };
@@ -141,12 +142,39 @@ impl SceneBuffers {
     }
 }
 
+/// The numbers of a scene's sides, or items.
+fn side_format(scene: &SceneBuffers) -> wgpu::TextureFormat {
+    if scene.corners.is_some() { ITEM_FORMAT } else { wgpu::TextureFormat::R8Uint }
+}
+
+/// An atlas that is drawn into and read.
+fn texture(
+    device: &wgpu::Device,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureView {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
 /// The pipeline and the atlas that it draws into.
 pub struct HemicubePass {
     /// Where tiles lie.
     pub layout: TileLayout,
     /// The atlas's depth.
     pub depth: wgpu::TextureView,
+    /// What its pixels show: 1 for a front, or on hemispheres the item of a triangle; 0 for a back face and for nothing.
+    pub(super) sides: Option<wgpu::TextureView>,
     /// Drawn instead of hemicubes.
     pub(super) hemispheres: Option<HemispherePass>,
     pipeline: wgpu::RenderPipeline,
@@ -154,50 +182,52 @@ pub struct HemicubePass {
 }
 
 impl HemicubePass {
-    /// Makes an atlas, for one scene.
+    /// Makes an atlas of depth, for one scene.
     pub(in crate::gpu) fn new(
         device: &wgpu::Device,
         shaders: &Shaders,
         scene: &SceneBuffers,
         layout: TileLayout,
     ) -> Self {
-        let [width, height] = layout.size();
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("hemicubes"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::Depth32Float,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
-        let depth = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let hemispheres = scene.corners.as_ref().map(|corners| HemispherePass::new(device, shaders, corners, layout));
-        Self { hemispheres, ..Self::of(device, shaders, scene, (layout, depth)) }
+        let depth = texture(device, "hemicubes", layout.size(), wgpu::TextureFormat::Depth32Float);
+        Self::of(device, shaders, scene, (layout, depth, None))
+    }
+
+    /// Makes an atlas of depth and sides.
+    pub(super) fn with_sides(
+        device: &wgpu::Device,
+        shaders: &Shaders,
+        scene: &SceneBuffers,
+        layout: TileLayout,
+    ) -> Self {
+        let depth = texture(device, "hemicubes", layout.size(), wgpu::TextureFormat::Depth32Float);
+        let sides = texture(device, "sides", layout.size(), side_format(scene));
+        Self::of(device, shaders, scene, (layout, depth, Some(sides)))
     }
 
     /// The same with other shaders.
     pub(super) fn reloaded(&self, device: &wgpu::Device, shaders: &Shaders, scene: &SceneBuffers) -> Self {
-        let hemispheres = self.hemispheres.as_ref().map(|pass| pass.reloaded(device, shaders));
-        Self { hemispheres, ..Self::of(device, shaders, scene, (self.layout, self.depth.clone())) }
+        Self::of(device, shaders, scene, (self.layout, self.depth.clone(), self.sides.clone()))
     }
 
     fn of(
         device: &wgpu::Device,
         shaders: &Shaders,
         scene: &SceneBuffers,
-        (layout, depth): (TileLayout, wgpu::TextureView),
+        (layout, depth, sides): (TileLayout, wgpu::TextureView, Option<wgpu::TextureView>),
     ) -> Self {
+        let format = sides.as_ref().map(|_| side_format(scene));
         let draw = FaceDraw {
             label: "hemicubes",
             module: &module(device, "hemicube.wgsl", &shaders.hemicube),
             vertex: POSITIONS,
-            fragment: None,
+            fragment: format.map(|format| ("write_side", Some(format))),
         };
+        let cut_out = if format.is_some() { "cut_out_side" } else { "cut_out" };
         let cutouts =
-            scene.cutouts.as_ref().map(|buffers| CutoutPass::new(device, &shaders.cutouts, buffers, ("cut_out", None)));
-        Self { layout, depth, hemispheres: None, pipeline: face_pipeline(device, &draw), cutouts }
+            scene.cutouts.as_ref().map(|buffers| CutoutPass::new(device, &shaders.cutouts, buffers, (cut_out, format)));
+        let hemispheres = scene.corners.as_ref().map(|corners| HemispherePass::new(device, shaders, corners));
+        Self { layout, depth, sides, hemispheres, pipeline: face_pipeline(device, &draw), cutouts }
     }
 
     /// Draws parts of the scene on faces, by their number (5 faces a hemicube, [`SceneBuffers::draws`]), with the matrices
@@ -211,10 +241,17 @@ impl HemicubePass {
         timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
     ) {
         let load = if clears { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
-        let items: Vec<_> = self.hemispheres.iter().map(|pass| Some(pass.attachment(clears))).collect();
+        let load_sides = if clears { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
+        let sides = self.sides.as_ref().map(|view| wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: load_sides, store: wgpu::StoreOp::Store },
+        });
+        let sides: Vec<_> = sides.into_iter().map(Some).collect();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("hemicubes"),
-            color_attachments: items.as_slice(),
+            color_attachments: &sides,
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &self.depth,
                 depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),

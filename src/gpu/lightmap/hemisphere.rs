@@ -35,45 +35,16 @@ pub(super) fn corners(device: &wgpu::Device, scene: &Scene) -> wgpu::Buffer {
     })
 }
 
-/// The pipeline, and the atlas of items.
+/// The pipeline.
 pub(super) struct HemispherePass {
-    pub(super) items: wgpu::TextureView,
     corners: wgpu::Buffer,
     pipeline: wgpu::RenderPipeline,
 }
 
 impl HemispherePass {
     /// For the corners of a scene.
-    pub(super) fn new(device: &wgpu::Device, shaders: &Shaders, corners: &wgpu::Buffer, layout: TileLayout) -> Self {
-        let [width, height] = layout.size();
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("items"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: ITEM_FORMAT,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
-        let items = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        Self { items, corners: corners.clone(), pipeline: pipeline(device, shaders) }
-    }
-
-    /// The same with other shaders.
-    pub(super) fn reloaded(&self, device: &wgpu::Device, shaders: &Shaders) -> Self {
-        Self { items: self.items.clone(), corners: self.corners.clone(), pipeline: pipeline(device, shaders) }
-    }
-
-    /// What a render pass draws items into.
-    pub(super) fn attachment(&self, clears: bool) -> wgpu::RenderPassColorAttachment<'_> {
-        let load = if clears { wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT) } else { wgpu::LoadOp::Load };
-        wgpu::RenderPassColorAttachment {
-            view: &self.items,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-        }
+    pub(super) fn new(device: &wgpu::Device, shaders: &Shaders, corners: &wgpu::Buffer) -> Self {
+        Self { corners: corners.clone(), pipeline: pipeline(device, shaders) }
     }
 
     /// Draws one hemisphere for the five faces of each hemicube.

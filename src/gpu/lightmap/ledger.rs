@@ -13,6 +13,8 @@ pub struct GpuLedger {
     pub absorbed: DVec3,
     /// Power that left the scene, by the hemicubes' own weights.
     pub escaped: DVec3,
+    /// Power that met back faces, by the hemicubes' own weights.
+    pub on_backs: DVec3,
     /// Power that has still to be shot, by lights and by texels.
     pub unshot: DVec3,
     /// Shooters so far.
@@ -32,10 +34,15 @@ impl GpuLedger {
         crate::math::ratio_or_zero(self.escaped.element_sum(), self.emitted.element_sum())
     }
 
-    /// (absorbed + escaped + unshot) / emitted - 1: how far the power is from being conserved. What is lost is light on
-    /// back faces, and what the sums over texels miss.
+    /// The fraction of the emitted power that met back faces.
+    pub fn part_on_backs(&self) -> f64 {
+        crate::math::ratio_or_zero(self.on_backs.element_sum(), self.emitted.element_sum())
+    }
+
+    /// (absorbed + escaped + on backs + unshot) / emitted - 1: how far the power is from being conserved, by what the sums
+    /// over texels miss.
     pub fn balance(&self) -> f64 {
-        let known = self.absorbed + self.escaped + self.unshot;
+        let known = self.absorbed + self.escaped + self.on_backs + self.unshot;
         crate::math::ratio_or_zero(known.element_sum(), self.emitted.element_sum()) - 1.0
     }
 }

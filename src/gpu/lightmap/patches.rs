@@ -182,10 +182,14 @@ pub struct LedgerSums {
     pub escaped: Vec3,
     /// Not used.
     pub spare_too: f32,
+    /// Power through pixels that show back faces.
+    pub on_backs: Vec3,
+    /// Not used.
+    pub spare_three: f32,
     /// Power that waits to be shot.
     pub unshot: Vec3,
     /// Not used.
-    pub spare_three: f32,
+    pub spare_four: f32,
 }
 
 /// The groups of one chart, laid out as `ChartGroups` in `choose.wgsl`.

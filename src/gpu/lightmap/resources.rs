@@ -24,7 +24,7 @@ pub(super) struct Pipelines {
     pub(super) choose_mesh: wgpu::ComputePipeline,
     pub(super) take: wgpu::ComputePipeline,
     pub(super) receive: wgpu::ComputePipeline,
-    pub(super) find_escaped: wgpu::ComputePipeline,
+    pub(super) find_lost: wgpu::ComputePipeline,
     pub(super) add_up: wgpu::ComputePipeline,
 }
 
@@ -45,7 +45,7 @@ impl Pipelines {
             choose_mesh: pipeline(&choose, "choose_mesh"),
             take: pipeline(&choose, "take"),
             receive: pipeline(&module("receive.wgsl", receive), "receive"),
-            find_escaped: pipeline(&ledger, "find_escaped"),
+            find_lost: pipeline(&ledger, "find_lost"),
             add_up: pipeline(&ledger, "add_up"),
         }
     }
@@ -68,7 +68,7 @@ pub(super) struct Buffers {
     pub(super) unshot: wgpu::Buffer,
     pub(super) shots: wgpu::Buffer,
     pub(super) sums: wgpu::Buffer,
-    pub(super) escaped: wgpu::Buffer,
+    pub(super) lost: wgpu::Buffer,
     pub(super) ledger: wgpu::Buffer,
     pub(super) ledger_read: wgpu::Buffer,
     pub(super) power: wgpu::Buffer,
@@ -112,7 +112,7 @@ impl Buffers {
             unshot: zeros("unshot", field, storage),
             shots: zeros("shots", 8 * texels, storage),
             sums: zeros("sums", texels.div_ceil(64) * size_of::<PowerSums>(), Usage::STORAGE),
-            escaped: zeros("escaped", slots * size_of::<Vec4>(), Usage::STORAGE),
+            lost: zeros("lost", slots * 2 * size_of::<Vec4>(), Usage::STORAGE),
             ledger: zeros("ledger", size_of::<LedgerSums>(), storage),
             ledger_read: zeros("ledger read", size_of::<LedgerSums>(), Usage::COPY_DST | Usage::MAP_READ),
             power: zeros("power", 4 * patches.groups.len(), Usage::STORAGE),
@@ -137,9 +137,9 @@ pub(super) struct BindGroups {
 
 impl BindGroups {
     pub(super) fn new(device: &wgpu::Device, pipelines: &Pipelines, buffers: &Buffers) -> Self {
-        let Buffers { settings, receivers, groups, shooters, faces, unshot, sums, escaped, ledger, .. } = buffers;
+        let Buffers { settings, receivers, groups, shooters, faces, unshot, sums, lost, ledger, .. } = buffers;
         let Buffers { charts, power, offered, best_of_tile, chosen, order, shots, .. } = buffers;
-        let bind = |pipeline, buffers: &[(u32, &wgpu::Buffer)]| bind(device, pipeline, buffers, None);
+        let bind = |pipeline, buffers: &[(u32, &wgpu::Buffer)]| bind(device, pipeline, buffers, &[]);
         Self {
             faces: bind(&pipelines.faces, &[(0, settings), (1, shooters), (2, faces)]),
             find_power: bind(
@@ -159,7 +159,7 @@ impl BindGroups {
                 &pipelines.take,
                 &[(0, settings), (1, receivers), (2, groups), (3, unshot), (6, chosen), (7, shooters), (10, shots)],
             ),
-            add_up: bind(&pipelines.add_up, &[(0, settings), (1, shooters), (2, sums), (4, escaped), (5, ledger)]),
+            add_up: bind(&pipelines.add_up, &[(0, settings), (1, shooters), (2, sums), (4, lost), (5, ledger)]),
         }
     }
 }
@@ -168,7 +168,7 @@ impl BindGroups {
 pub(super) struct HemicubeSet {
     pub(super) pass: HemicubePass,
     pub(super) receive: wgpu::BindGroup,
-    pub(super) escaped: wgpu::BindGroup,
+    pub(super) lost: wgpu::BindGroup,
     weights: wgpu::Buffer,
 }
 
@@ -180,7 +180,7 @@ impl HemicubeSet {
         buffers: &Buffers,
         (scene, layout): (&SceneBuffers, TileLayout),
     ) -> Self {
-        let pass = HemicubePass::new(device, shaders, scene, layout);
+        let pass = HemicubePass::with_sides(device, shaders, scene, layout);
         let weights = match pass.hemispheres {
             None => delta_form_factors(layout.resolution),
             Some(_) => pixel_weights(layout.resolution),
@@ -190,8 +190,8 @@ impl HemicubeSet {
             contents: bytemuck::cast_slice(&weights),
             usage: wgpu::BufferUsages::STORAGE,
         });
-        let (receive, escaped) = Self::bind(device, pipelines, buffers, &pass, &weights);
-        Self { pass, receive, escaped, weights }
+        let (receive, lost) = Self::bind(device, pipelines, buffers, &pass, &weights);
+        Self { pass, receive, lost, weights }
     }
 
     fn bind(
@@ -201,13 +201,15 @@ impl HemicubeSet {
         pass: &HemicubePass,
         weights: &wgpu::Buffer,
     ) -> (wgpu::BindGroup, wgpu::BindGroup) {
-        let Buffers { settings, receivers, shooters, irradiance, unshot, sums, escaped, .. } = buffers;
-        let seen = pass.hemispheres.as_ref().map_or((6, &pass.depth), |hemispheres| (7, &hemispheres.items));
+        let Buffers { settings, receivers, shooters, irradiance, unshot, sums, lost, .. } = buffers;
+        let (depth, sides) = ((6, &pass.depth), pass.sides.as_ref().map(|sides| (7, sides)));
+        let seen = sides.filter(|_| pass.hemispheres.is_some()).unwrap_or(depth);
+        let lost_through: Vec<_> = std::iter::once(depth).chain(sides).collect();
         let receive = [(0, settings), (1, shooters), (2, receivers), (3, irradiance), (4, unshot), (5, sums)];
-        let find_escaped = [(0, settings), (1, shooters), (3, weights), (4, escaped)];
+        let find_lost = [(0, settings), (1, shooters), (3, weights), (4, lost)];
         (
-            bind(device, &pipelines.receive, &receive, Some(seen)),
-            bind(device, &pipelines.find_escaped, &find_escaped, Some((6, &pass.depth))),
+            bind(device, &pipelines.receive, &receive, &[seen]),
+            bind(device, &pipelines.find_lost, &find_lost, &lost_through),
         )
     }
 
@@ -220,24 +222,24 @@ impl HemicubeSet {
         (buffers, scene): (&Buffers, &SceneBuffers),
     ) -> Self {
         let pass = self.pass.reloaded(device, shaders, scene);
-        let (receive, escaped) = Self::bind(device, pipelines, buffers, &pass, &self.weights);
-        Self { pass, receive, escaped, weights: self.weights.clone() }
+        let (receive, lost) = Self::bind(device, pipelines, buffers, &pass, &self.weights);
+        Self { pass, receive, lost, weights: self.weights.clone() }
     }
 }
 
-/// Buffers by binding, and a texture by its own.
+/// Buffers and textures by binding.
 fn bind(
     device: &wgpu::Device,
     pipeline: &wgpu::ComputePipeline,
     buffers: &[(u32, &wgpu::Buffer)],
-    texture: Option<(u32, &wgpu::TextureView)>,
+    textures: &[(u32, &wgpu::TextureView)],
 ) -> wgpu::BindGroup {
     let mut entries: Vec<_> = buffers
         .iter()
         .map(|(binding, buffer)| wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() })
         .collect();
-    let texture = texture.map(|(binding, view)| (binding, wgpu::BindingResource::TextureView(view)));
-    entries.extend(texture.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }));
+    let textures = textures.iter().map(|&(binding, view)| (binding, wgpu::BindingResource::TextureView(view)));
+    entries.extend(textures.map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource }));
     device.create_bind_group(&wgpu::BindGroupDescriptor {
         label: None,
         layout: &pipeline.get_bind_group_layout(0),
@@ -245,7 +247,7 @@ fn bind(
     })
 }
 
-/// Bytes that a solve keeps on the device: the texels, the scene's triangles, and the atlases of depth and of items.
+/// Bytes that a solve keeps on the device: the texels, the scene's triangles, and the atlases of depth and of sides or items.
 pub(super) fn device_bytes(
     patches: &Patches,
     scene: &crate::scene::Scene,
@@ -257,7 +259,7 @@ pub(super) fn device_bytes(
     let groups = patches.groups.len() as u64 * (size_of::<super::patches::Group>() as u64 + 8);
     let lamps = (patches.lamps.len() as u64 + u64::from(MOST_SLOTS)) * size_of::<Shooter>() as u64;
     let pixels: u64 = layouts.iter().map(|layout| layout.size().map(u64::from).iter().product::<u64>()).sum();
-    let (pixel, triangle) = if visibility == Visibility::Hemisphere { (8, 36) } else { (4, 0) };
+    let (pixel, triangle) = if visibility == Visibility::Hemisphere { (8, 36) } else { (5, 0) };
     let scene_bytes = SceneBuffers::bytes(scene) + triangle * scene.mesh.triangles.len() as u64;
     texels * (size_of::<Receiver>() as u64 + fields + 9) + groups + lamps + pixel * pixels + scene_bytes
 }

@@ -64,8 +64,8 @@ impl GpuSolver {
     fn even_rest(&self) -> Vec3 {
         let area = self.open_area();
         let reflected: Vec3 = self.patches.receivers.iter().map(|receiver| receiver.area * receiver.reflectance).sum();
-        let GpuLedger { arrived, escaped, unshot, .. } = self.ledger;
-        let inside = ratio_or_zero(arrived.element_sum(), (arrived + escaped).element_sum()) as f32;
+        let GpuLedger { arrived, escaped, on_backs, unshot, .. } = self.ledger;
+        let inside = ratio_or_zero(arrived.element_sum(), (arrived + escaped + on_backs).element_sum()) as f32;
         let mean = inside * (unshot / self.square_metres).as_vec3() / area;
         mean / (1.0 - inside * reflected / area)
     }

@@ -346,7 +346,7 @@ impl GpuSolver {
         }
         if submission.completes {
             let mut pass = timer.compute(encoder, Pass::Ledger);
-            dispatch(&mut pass, &pipelines.find_escaped, &set.escaped, submission.slots.len() as u32);
+            dispatch(&mut pass, &pipelines.find_lost, &set.lost, submission.slots.len() as u32);
             dispatch(&mut pass, &pipelines.add_up, &groups.add_up, 1);
             drop(pass);
             let bytes = size_of::<LedgerSums>() as u64;
@@ -364,6 +364,7 @@ impl GpuSolver {
             arrived: watts(sums.arrived),
             absorbed: watts(sums.arrived - sums.reflected),
             escaped: watts(sums.escaped),
+            on_backs: watts(sums.on_backs),
             unshot: watts(sums.unshot + waiting),
             shooters: u64::from(sums.shooters),
             batches: self.ledger.batches,

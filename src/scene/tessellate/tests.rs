@@ -19,6 +19,7 @@ fn scene_of(positions: Vec<Vec3>, normals: Vec<Vec3>, triangles: Vec<[u32; 3]>) 
         frame: LocalFrame::default(),
         enclosed: Vec::new(),
         two_sided: false,
+        faceted: false,
         warnings: Vec::new(),
     }
 }

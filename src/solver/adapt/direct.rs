@@ -183,7 +183,7 @@ impl<'a> DirectElements<'a> {
                 lights.push(DirectLight::default(), &[]);
                 return found;
             }
-            origins.collect(&problem.scene, &self.tessellation, vertex, &mut starts);
+            origins.collect((&problem.scene, &*problem.tracer), &self.tessellation, vertex, &mut starts);
             usable.clear();
             let light = mean(starts.iter().filter_map(|origin| {
                 let light = direct.at_point(origin, &mut scratch, &mut found.rays);
@@ -244,17 +244,20 @@ impl<'a> DirectElements<'a> {
     }
 
     fn point_in_element(&self, element: u32, place: Vec2) -> SurfacePoint {
-        let (mesh, scene) = (&self.tessellation.mesh, &self.context.problem.scene);
+        let (mesh, problem) = (&self.tessellation.mesh, self.context.problem);
+        let scene = &problem.scene;
         let triangle = self.tessellation.scene_triangle[element as usize];
         let geometric_normal = scene.mesh.geometric_normal(triangle);
         let normals = mesh.triangles[element as usize].map(|vertex| mesh.normals[vertex as usize]);
         let position = interpolate(mesh.corners(element), place);
-        SurfacePoint {
+        let on_triangle = interpolate(self.tessellation.corner_barycentrics[element as usize], place);
+        let point = SurfacePoint {
             origin: lift(position, geometric_normal, scene.mesh.corners(triangle)),
             geometric_normal,
             shading_normal: interpolate(normals, place).normalize_or(geometric_normal),
             triangle,
-        }
+        };
+        point.on_curve(scene, on_triangle, &*problem.tracer)
     }
 }
 
