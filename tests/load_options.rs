@@ -90,8 +90,9 @@ fn weld_joins_near_positions_and_drops_what_collapses() {
     // Two triangles share an edge whose ends differ by 1e-6; a third one is as small as that.
     let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1.000001 0 0\nv 1 1 0\nv 0 1.000001 0\nv 0.999999 0 0\n\
         f 1 2 3\nf 4 5 6\nf 2 4 5\nf 7 5 3\n";
-    let loose = scene(obj, &LoadOptions::default());
-    let welded = scene(obj, &LoadOptions { weld: Some(1e-5), ..Default::default() });
+    let as_read = LoadOptions { faces_as_read: true, ..Default::default() };
+    let loose = scene(obj, &as_read);
+    let welded = scene(obj, &LoadOptions { weld: Some(1e-5), ..as_read });
     assert_eq!((loose.mesh.triangles.len(), loose.mesh.positions.len()), (4, 7));
     assert_eq!((welded.mesh.triangles.len(), welded.mesh.positions.len()), (2, 4));
     let told = |text: &str| welded.warnings.iter().any(|warning| warning.contains(text));

@@ -99,7 +99,7 @@ fn every_loader_case_gives_its_triangles_or_is_refused_in_one_clear_line() {
     let mut failures = Vec::new();
     for (name, expected) in CASES.iter().chain(&TOBJ_CASES) {
         let path = folder.join(format!("{name}.obj"));
-        let loaded = load::load(&path, &LoadOptions::default());
+        let loaded = load::load(&path, &LoadOptions { faces_as_read: true, ..LoadOptions::default() });
         let found = match &loaded {
             Ok(scene) => format!("{} triangles, {:?}", scene.mesh.triangles.len(), scene.warnings),
             Err(error) => error.to_string(),
@@ -198,7 +198,8 @@ fn whole_scenes_have_the_counts_and_areas_that_their_notes_give() {
         ("teapot/teapot.obj", 6_320, 0, 52.661),
     ] {
         let Some(path) = common::shared(&format!("scenes/{name}")) else { return };
-        let scene = scene(&path);
+        let options = LoadOptions { faces_as_read: true, ..LoadOptions::default() };
+        let scene = load::load(&path, &options).unwrap();
         assert_eq!(scene.mesh.triangles.len(), triangles - dropped, "{name}: {:?}", scene.warnings);
         let off = (total_area(&scene) - area).abs() / area;
         assert!(area.is_nan() || off < 1e-3, "{name}: {}", total_area(&scene));

@@ -130,7 +130,7 @@ fn what_the_lightmap_passes_share_has_the_same_layout_in_rust_and_in_the_shaders
     );
     assert_eq!(
         patches("Receiver"),
-        rust_layout!(Receiver: position, area, geometric_normal, triangle, shading_normal, spare_too, reflectance,
+        rust_layout!(Receiver: position, area, geometric_normal, triangle, shading_normal, room, reflectance,
             spare_again)
     );
     assert_eq!(

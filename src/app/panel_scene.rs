@@ -50,6 +50,11 @@ pub(super) fn ui(ui: &mut Ui, document: &mut Document) -> Option<Command> {
     if ui.checkbox(&mut faceted, "Faceted").on_hover_text(tooltip).changed() {
         command = Some(Command::ReadAgain(LoadOptions { faceted, ..load.clone() }));
     }
+    let mut as_read = load.faces_as_read;
+    let tooltip = format!("{} The scene is read again", flag_help::<LoadOptions>("faces_as_read"));
+    if ui.checkbox(&mut as_read, "Faces as read").on_hover_text(tooltip).changed() {
+        command = Some(Command::ReadAgain(LoadOptions { faces_as_read: as_read, ..load.clone() }));
+    }
     if let Some(facing) = &document.facing {
         ui.label(RichText::new(&facing.text).color(Level::Warning.colour()));
         let (name, remedied) = match facing.remedy {

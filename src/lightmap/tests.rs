@@ -90,9 +90,10 @@ fn a_linear_field_is_read_back_at_any_point_of_the_surface() {
 
 #[test]
 fn a_texel_half_under_an_object_is_half_open_and_stands_in_its_open_half() {
-    // A floor of 4 m, and an open box without a bottom over the part x > 2.25 of it, at 1 texel a metre.
+    // A floor of 4 m, and an open box without a bottom over the part x > 2.25 of it, at 1 texel a metre. The box hangs a tenth
+    // of a millimetre above the floor: if it stood there, the floor would be cut at its foot.
     let floor = "v 0 0 0\nv 0 0 4\nv 4 0 4\nv 4 0 0\nf 1 2 3 4\n";
-    let walls = "v 2.25 0 -1\nv 2.25 0 5\nv 2.25 2 5\nv 2.25 2 -1\nf 5 6 7 8\nv 9 2 -1\nv 9 2 5\nf 8 7 10 9\nv 9 0 5\nv 9 0 -1\n\
+    let walls = "v 2.25 1e-4 -1\nv 2.25 1e-4 5\nv 2.25 2 5\nv 2.25 2 -1\nf 5 6 7 8\nv 9 2 -1\nv 9 2 5\nf 8 7 10 9\nv 9 1e-4 5\nv 9 1e-4 -1\n\
                  f 10 11 12 9\nf 6 11 10 7\nf 12 5 8 9\n";
     let scene = from_obj(&format!("{floor}{walls}"), "", &LoadOptions::default());
     let atlas = atlas(&scene, &LightmapSettings { texels_per_metre: Some(1.0), ..LightmapSettings::default() });

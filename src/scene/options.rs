@@ -24,6 +24,10 @@ pub struct LoadOptions {
     /// elements follow the light.
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     pub merge_flat: Option<bool>,
+    /// Leave faces that lie on one another, touch or cross as they come. Otherwise one stays in each place, what is
+    /// enclosed in solids is left out, and faces are cut where others stand on them, so that no light leaks across.
+    #[arg(long)]
+    pub faces_as_read: bool,
     /// Scale the scene so that its largest side is 1 m.
     #[arg(long)]
     pub unit_size: bool,
@@ -52,6 +56,7 @@ impl Default for LoadOptions {
             crease_angle: None,
             weld: None,
             merge_flat: None,
+            faces_as_read: false,
             unit_size: false,
             two_sided: false,
             faceted: false,

@@ -90,7 +90,8 @@ impl<'a> Reconstructor<'a> {
         if corners.iter().any(|&corner| self.solution.buried[corner]) && point.is_buried(self.tracer) {
             return PointIrradiance::default();
         }
-        let at = |field: &[Vec3]| interpolate(corners.map(|corner| field[corner]), local);
+        // Weights that rounding leaves a hair below 0 must not make light negative.
+        let at = |field: &[Vec3]| interpolate(corners.map(|corner| field[corner]), local).max(Vec3::ZERO);
         let direct = match self.reconstruction {
             Reconstruction::Vertex => at(self.solution.direct()),
             #[cfg(feature = "reference")]

@@ -32,6 +32,9 @@ const PER_TASK: usize = 64;
 /// While direct light is followed, other elements are shown no sooner than after this time.
 const SHOWN_INTERVAL: Duration = Duration::from_millis(250);
 
+/// The light of a vertex's starts may differ by so much of the largest for it to be found in their middle when it is lit anew.
+const LARGEST_UNEVENNESS: f32 = 0.1;
+
 pub(super) struct DirectElements<'a> {
     context: &'a Context<'a>,
     pub(super) refinement: Refinement,
@@ -185,14 +188,21 @@ impl<'a> DirectElements<'a> {
             }
             origins.collect((&problem.scene, &*problem.tracer), &self.tessellation, vertex, &mut starts);
             usable.clear();
+            let (mut least, mut most) = (f32::INFINITY, 0.0_f32);
             let light = mean(starts.iter().filter_map(|origin| {
                 let light = direct.at_point(origin, &mut scratch, &mut found.rays);
                 let is_usable = light.irradiance() != Vec3::ZERO || !origin.is_buried(&*problem.tracer);
                 usable.extend(is_usable.then_some(*origin));
+                if is_usable {
+                    let sum = light.irradiance().element_sum();
+                    (least, most) = (least.min(sum), most.max(sum));
+                }
                 is_usable.then_some(light)
             }));
             found.is_buried = usable.is_empty() && !starts.is_empty();
-            match in_the_middle(&usable) {
+            // At the corner of what stands there, some starts may lie in its shadow and others not.
+            let is_even = most - least <= LARGEST_UNEVENNESS * most;
+            match in_the_middle(&usable).filter(|_| is_even) {
                 Some(middle) => lights.push(light, &[middle]),
                 None => lights.push(light, &usable),
             }

@@ -1,6 +1,6 @@
 //! What is drawn on each face: the points on its edges, and the lines inside, from point to point.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use glam::{DVec2, DVec3, Vec3};
 use rayon::prelude::*;
@@ -12,9 +12,9 @@ use super::{
 };
 use crate::scene::load::merge::Faces;
 
-/// Faces with no longer edge than so many times the reach, some 1/300 of the scene, are not cut by what stands on them:
+/// Faces with no longer edge than so many times the reach, some 1/100 of the scene, are not cut by what stands on them:
 /// their own size says how far light is spread across.
-const SMALL: f64 = 2700.0;
+const SMALL: f64 = 8000.0;
 
 /// The parts of a face may miss or double so much of its area; else it stays whole.
 const LARGEST_GAP: f64 = 1e-4;
@@ -229,7 +229,19 @@ impl Drawing {
             let places = corners.map(|corner| place(corner.id, DVec2::new(corner.point.x, corner.point.y)));
             (corners.map(|corner| corner.id), places)
         });
-        self.covering(parts.collect(), flat, positions)
+        let parts = self.covering(parts.collect(), flat, positions)?;
+        let fixed: HashSet<[u32; 2]> = self
+            .outline
+            .iter()
+            .flat_map(|edge| edge.windows(2))
+            .map(|ends| edge_key(ends[0], ends[1]))
+            .chain(self.segments.iter().copied())
+            .collect();
+        let places = handles.iter().map(|(&id, &handle)| {
+            let point = drawing.vertex(handle).position();
+            (id, DVec2::new(point.x, point.y))
+        });
+        Some(with_settled_diagonals(parts, &fixed, &places.collect()))
     }
 
     /// The parts without those that have no area or lie beside the outline; `None` if the rest is not the face.
@@ -249,4 +261,67 @@ impl Drawing {
         });
         ((covered - expected).abs() <= LARGEST_GAP * expected && !parts.is_empty()).then_some(parts)
     }
+}
+
+/// How near to half a turn two opposite angles of a quadrangle must add up for its diagonal to be chosen by numbers [rad].
+const ON_ONE_CIRCLE: f64 = 1e-3;
+
+/// Where four points lie on one circle, rounding decides which diagonal is Delaunay's. There the one from the lowest
+/// position is taken, and parts are put in the order of their positions: so the same faces of another size or in another
+/// place get the same parts.
+fn with_settled_diagonals(mut parts: Vec<Part>, fixed: &HashSet<[u32; 2]>, places: &HashMap<u32, DVec2>) -> Vec<Part> {
+    // Each change brings a lower number to a diagonal, so this ends; the bound is for rounding.
+    for _ in 0..parts.len() {
+        let mut at_edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
+        for (index, ([a, b, c], _)) in parts.iter().enumerate() {
+            for ends in [edge_key(*a, *b), edge_key(*b, *c), edge_key(*c, *a)] {
+                at_edges.entry(ends).or_default().push(index);
+            }
+        }
+        let mut is_changed = vec![false; parts.len()];
+        for (ends, around) in at_edges {
+            let &[one, other] = &around[..] else { continue };
+            if fixed.contains(&ends) || is_changed[one] || is_changed[other] {
+                continue;
+            }
+            if let Some(turned) = with_other_diagonal(&parts[one], &parts[other], ends, places) {
+                [parts[one], parts[other]] = turned;
+                (is_changed[one], is_changed[other]) = (true, true);
+            }
+        }
+        if !is_changed.contains(&true) {
+            break;
+        }
+    }
+    for (ids, places) in &mut parts {
+        let first = (0..3).min_by_key(|&place| ids[place]).unwrap_or(0);
+        ids.rotate_left(first);
+        places.rotate_left(first);
+    }
+    parts.sort_by_key(|(ids, _)| *ids);
+    parts
+}
+
+/// Two parts with a common edge as the two on either side of their quadrangle's other diagonal, if that is as good and has
+/// the lowest position.
+fn with_other_diagonal(one: &Part, other: &Part, ends: [u32; 2], places: &HashMap<u32, DVec2>) -> Option<[Part; 2]> {
+    // `one` runs a, b, c with the edge from a to b, `other` b, a, d.
+    let turned = |(ids, inside): &Part| {
+        let apex = ids.iter().position(|id| !ends.contains(id))?;
+        let at = |step: usize| (ids[(apex + step) % 3], inside[(apex + step) % 3]);
+        Some([at(1), at(2), at(0)])
+    };
+    let ([a, b, c], [.., d]) = (turned(one)?, turned(other)?);
+    if c.0.min(d.0) > ends[0] {
+        return None;
+    }
+    let [at_a, at_b, at_c, at_d] = [a, b, c, d].map(|(id, _)| places.get(&id).copied());
+    let (at_a, at_b, at_c, at_d) = (at_a?, at_b?, at_c?, at_d?);
+    let angle = |at: DVec2, to: DVec2, from: DVec2| (to - at).angle_to(from - at).abs();
+    let opposite = angle(at_c, at_a, at_b) + angle(at_d, at_a, at_b);
+    let is_convex = |at: DVec2, from: DVec2, to: DVec2| (at - from).perp_dot(to - at) > 0.0;
+    let is_tie = (opposite - std::f64::consts::PI).abs() < ON_ONE_CIRCLE;
+    let stays_convex = is_convex(at_a, at_c, at_d) && is_convex(at_b, at_d, at_c);
+    let part = |corners: [(u32, DVec2); 3]| (corners.map(|corner| corner.0), corners.map(|corner| corner.1));
+    (is_tie && stays_convex).then(|| [part([c, a, d]), part([d, b, c])])
 }

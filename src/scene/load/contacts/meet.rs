@@ -10,6 +10,7 @@ use obvhs::{
 };
 use rayon::prelude::*;
 
+use super::Rules;
 use crate::scene::load::merge::Faces;
 
 /// Faces whose normals have at least this cosine to each other, or to the other's reverse, may lie in one plane.
@@ -133,14 +134,17 @@ struct Found {
     pair: [u32; 2],
     lines: [Vec<Line>; 2],
     corners: [Vec<u32>; 2],
+    is_in_plane: bool,
     share_area: bool,
     /// The edge that both have, if one stands on the other there.
     at_edge: Option<[u32; 2]>,
 }
 
 impl Meetings {
-    /// With `both_sides`, what stands on the back of a face counts like what stands on its front.
-    pub(super) fn of(faces: &Faces, positions: &[Vec3], reach: f64, both_sides: bool) -> Self {
+    /// Where surfaces have two sides, what stands on the back of a face counts like what stands on its front. A lamp that
+    /// stands on a face does not divide it, nor is it divided: its light is found in closed form while few triangles
+    /// lie around it.
+    pub(super) fn of(faces: &Faces, positions: &[Vec3], reach: f64, rules: &Rules) -> Self {
         let count = faces.corners.len();
         let flats: Vec<Flat> = (0..count as u32).into_par_iter().map(|face| Flat::of(face, faces, positions)).collect();
         let margin = Vec3A::splat(reach as f32);
@@ -167,7 +171,11 @@ impl Meetings {
                 });
                 others.sort_unstable();
                 let flats = &flats;
-                others.into_iter().filter_map(move |other| find(flats, [face, other], reach, both_sides))
+                others.into_iter().filter_map(move |other| {
+                    let found = find(flats, [face, other], reach, rules.two_sided)?;
+                    let is_lamp = rules.shines(face, faces) || rules.shines(other, faces);
+                    (found.is_in_plane || !is_lamp).then_some(found)
+                })
             })
             .collect();
         let mut meetings = Self {
@@ -178,7 +186,7 @@ impl Meetings {
             tree,
         };
         let mut at_edges = Vec::new();
-        for Found { pair, lines, corners, share_area, at_edge } in found {
+        for Found { pair, lines, corners, share_area, at_edge, .. } in found {
             if let Some(edge) = at_edge {
                 at_edges.extend((0..2).filter(|&side| !lines[side].is_empty()).map(|side| {
                     let (face, line) = (pair[side], lines[side][0]);
@@ -234,7 +242,7 @@ impl Meetings {
 fn find(flats: &[Flat], pair: [u32; 2], reach: f64, both_sides: bool) -> Option<Found> {
     let [one, other] = pair.map(|face| &flats[face as usize]);
     let (lines, corners) = Default::default();
-    let mut found = Found { pair, lines, corners, share_area: false, at_edge: None };
+    let mut found = Found { pair, lines, corners, is_in_plane: false, share_area: false, at_edge: None };
     match meet([one, other], reach, both_sides) {
         Meeting::Apart => return None,
         Meeting::Along { line, stands } => {
@@ -246,7 +254,7 @@ fn find(flats: &[Flat], pair: [u32; 2], reach: f64, both_sides: bool) -> Option<
             found.at_edge = one.shared_edge(other);
         }
         Meeting::InPlane { share_area } => {
-            found.share_area = share_area;
+            (found.is_in_plane, found.share_area) = (true, share_area);
             for (side, (here, there)) in [(one, other), (other, one)].into_iter().enumerate() {
                 for place in 0..3 {
                     let ends = [there.points[place], there.points[(place + 1) % 3]];

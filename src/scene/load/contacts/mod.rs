@@ -38,7 +38,11 @@ pub(super) struct Rules<'a> {
 impl Rules<'_> {
     /// Of faces in one place the one of the highest rank stays: what emits, then what comes later in the file.
     fn rank(&self, face: u32, faces: &Faces) -> (bool, u32) {
-        (self.emits[faces.materials[face as usize] as usize], face)
+        (self.shines(face, faces), face)
+    }
+
+    fn shines(&self, face: u32, faces: &Faces) -> bool {
+        self.emits[faces.materials[face as usize] as usize]
     }
 }
 
@@ -96,18 +100,24 @@ pub(super) struct Settled {
     pub(super) findings: Findings,
 }
 
+impl Settled {
+    /// The faces as they are.
+    pub(super) fn unsettled(faces: Faces) -> Self {
+        Self { fans: vec![0; 3 * faces.corners.len()], faces, findings: Findings::default() }
+    }
+}
+
 /// Cuts faces where others touch them, leaves one of them in each place, and tells which of their corners belong
 /// together. New positions are appended.
 pub(super) fn settle(mut faces: Faces, positions: &mut Vec<Vec3>, rules: &Rules) -> Settled {
     let reach = TOUCHING * largest_side(&faces, positions);
-    let mut meetings = Meetings::of(&faces, positions, reach, rules.two_sided);
+    let mut meetings = Meetings::of(&faces, positions, reach, rules);
     let is_lifted = lift_pierced(&meetings, &faces, positions, rules, reach);
     if meetings.bring_into_planes(&faces, positions, reach) || is_lifted {
-        meetings = Meetings::of(&faces, positions, reach, rules.two_sided);
+        meetings = Meetings::of(&faces, positions, reach, rules);
     }
     if meetings.is_empty() {
-        let fans = vec![0; 3 * faces.corners.len()];
-        return Settled { faces, fans, findings: Findings::default() };
+        return Settled::unsettled(faces);
     }
     let mut cuts = Cuts::of(&faces, &meetings, positions, reach);
     let findings = owners::settle(&mut cuts, &meetings, &faces, positions, rules);
