@@ -19,6 +19,10 @@ use crate::scene::Scene;
 /// as a flat wall's box has no thickness.
 const BOX_PADDING: f32 = 1e-6;
 
+/// Two faces in one place are met at distances that rounding makes differ by less than this part of the scene's largest
+/// coordinate, at all but the flattest slants.
+const BACK_BEHIND_FRONT: f32 = 4e-6;
+
 /// A scene's triangles in a bounding volume hierarchy.
 pub struct Tracer {
     scene: Arc<Scene>,
@@ -27,6 +31,8 @@ pub struct Tracer {
     level: Level,
     /// Whether hits on a triangle must be tested for cut-outs; empty if no triangle needs it.
     cut_outs: Vec<bool>,
+    /// How much nearer than a front a back may be for the front to be met [the scene's units].
+    back_behind: f32,
     /// Of a two-sided scene: the number of triangles of one side.
     sides_apart: Option<u32>,
 }
@@ -62,7 +68,10 @@ impl Tracer {
             cut_outs = Vec::new();
         }
         let sides_apart = scene.two_sided.then_some(count);
-        Self { scene, tree, level: Level::new(), cut_outs, sides_apart }
+        let largest =
+            scene.mesh.positions.iter().fold(0.0_f32, |largest, point| largest.max(point.abs().max_element()));
+        let back_behind = BACK_BEHIND_FRONT * largest;
+        Self { scene, tree, level: Level::new(), cut_outs, back_behind, sides_apart }
     }
 
     /// The scene whose triangles are traced.
@@ -131,7 +140,7 @@ impl RayTracer for Tracer {
         let hit = dispatch!(self.level, simd => with_stack(
             #[inline(always)]
             |stack| walk::closest_hit(
-                simd, &self.tree, ray, excluded, stack,
+                simd, &self.tree, ray, excluded, self.back_behind, stack,
                 #[inline(always)]
                 |triangle, at| self.is_solid(triangle, at),
             ),

@@ -105,12 +105,9 @@ fn block_of(tree: &WideTree, child: u32) -> Option<&Block> {
     tree.blocks.get((child & !IS_BLOCK) as usize)
 }
 
-/// Faces that turn their backs to each other in one place, as the two sides of a card do, are met at distances that differ
-/// by rounding, the more so at a slant: a back counts as so much farther [local units], so that the front is met.
-const BACK_BEHIND_FRONT: f32 = 4e-6;
-
 /// The nearest hit of a ray at less than its largest distance. Of equal distances the lowest triangle wins, so that every
-/// tree gives the same answer; a front wins against a back in the same place. `excluded` is not hit, nor is what `is_solid` says no to. `stack` is scratch; the answer
+/// tree gives the same answer. Faces that turn their backs to each other in one place, as the two sides of a card do, are
+/// met at distances that differ by rounding: a front wins against a back that is nearer by less than `back_behind`. `excluded` is not hit, nor is what `is_solid` says no to. `stack` is scratch; the answer
 /// is not known, `None`, where it is too short.
 #[inline(always)]
 pub(super) fn closest_hit<S: Simd>(
@@ -118,6 +115,7 @@ pub(super) fn closest_hit<S: Simd>(
     tree: &WideTree,
     ray: &Ray,
     excluded: u32,
+    back_behind: f32,
     stack: &mut [u64],
     is_solid: impl Fn(u32, Vec2) -> bool,
 ) -> Option<Option<Hit>> {
@@ -126,7 +124,8 @@ pub(super) fn closest_hit<S: Simd>(
     let sheared = ShearedLanes::new(simd, vectors);
     // A hit must be less than this, by distance and then by triangle.
     let mut nearest = Hit { triangle: 0, barycentric: Vec2::ZERO, distance: ray.max_distance, front: false };
-    let mut reach = ray.max_distance + BACK_BEHIND_FRONT;
+    // The largest rank of interest: the distance, with `back_behind` added for a back.
+    let mut reach = ray.max_distance + back_behind;
     let (mut is_hit, mut height, mut current) = (false, 0, 0);
     loop {
         while let Some(node) = tree.nodes.get(current as usize) {
@@ -140,10 +139,16 @@ pub(super) fn closest_hit<S: Simd>(
             let hits = sheared.meet(simd, block, reach);
             for lane in Bits(hits.lanes) {
                 let Some(hit) = sheared.hit(ray, &hits, block, lane, reach) else { continue };
-                let rank = if hit.front { hit.distance } else { hit.distance + BACK_BEHIND_FRONT };
+                let rank = if hit.front { hit.distance } else { hit.distance + back_behind };
                 let is_nearer = (rank, hit.triangle) < (reach, nearest.triangle) && hit.distance < ray.max_distance;
-                if is_nearer && hit.triangle != excluded && is_solid(hit.triangle, hit.barycentric) {
-                    (nearest, reach, is_hit) = (hit, rank, true);
+                let is_asked = is_nearer || hit.distance < nearest.distance;
+                if is_asked && hit.triangle != excluded && is_solid(hit.triangle, hit.barycentric) {
+                    // Whichever side is met, the distance is that of the nearest.
+                    let distance = hit.distance.min(nearest.distance);
+                    if is_nearer {
+                        (nearest, reach, is_hit) = (hit, rank, true);
+                    }
+                    nearest.distance = distance;
                 }
             }
         }

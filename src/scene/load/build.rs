@@ -57,8 +57,11 @@ pub(super) fn build(
     if options.merge_flat == Some(true) {
         merge_flat(&mut faces, &positions);
     }
+    let emits = |material: &Material| material.emitted_radiance.max_element() > 0.0;
+    let is_lamp = |material: &Material| emits(material) && material.reflectance == Vec3::ZERO;
     let rules = Rules {
-        emits: &materials.iter().map(|one| one.emitted_radiance.max_element() > 0.0).collect::<Vec<_>>(),
+        emits: &materials.iter().map(emits).collect::<Vec<_>>(),
+        is_lamp: &materials.iter().map(is_lamp).collect::<Vec<_>>(),
         has_holes: &materials.iter().map(|one| one.opacity_texture.is_some() || one.opacity < 0.5).collect::<Vec<_>>(),
         two_sided: options.two_sided,
     };

@@ -173,7 +173,7 @@ impl Meetings {
                 let flats = &flats;
                 others.into_iter().filter_map(move |other| {
                     let found = find(flats, [face, other], reach, rules.two_sided)?;
-                    let is_lamp = rules.shines(face, faces) || rules.shines(other, faces);
+                    let is_lamp = rules.is_lamp(face, faces) || rules.is_lamp(other, faces);
                     (found.is_in_plane || !is_lamp).then_some(found)
                 })
             })

@@ -29,6 +29,8 @@ const TOUCHING: f64 = 1.25e-6;
 pub(super) struct Rules<'a> {
     /// For each material: does it emit.
     pub(super) emits: &'a [bool],
+    /// For each material: does it emit, and reflect nothing, so that nobody asks what light arrives on it.
+    pub(super) is_lamp: &'a [bool],
     /// For each material: may light pass parts of it, so that what lies beneath is seen.
     pub(super) has_holes: &'a [bool],
     /// Every surface has two sides.
@@ -38,11 +40,11 @@ pub(super) struct Rules<'a> {
 impl Rules<'_> {
     /// Of faces in one place the one of the highest rank stays: what emits, then what comes later in the file.
     fn rank(&self, face: u32, faces: &Faces) -> (bool, u32) {
-        (self.shines(face, faces), face)
+        (self.emits[faces.materials[face as usize] as usize], face)
     }
 
-    fn shines(&self, face: u32, faces: &Faces) -> bool {
-        self.emits[faces.materials[face as usize] as usize]
+    fn is_lamp(&self, face: u32, faces: &Faces) -> bool {
+        self.is_lamp[faces.materials[face as usize] as usize]
     }
 }
 
