@@ -12,8 +12,9 @@ use super::{
 };
 use crate::scene::load::merge::Faces;
 
-/// Faces with no longer edge than so many times the reach, some 1/100 of the scene, are not cut by what stands on them:
-/// their own size says how far light is spread across.
+/// Faces with no longer edge than so many times the reach, some 1/100 of the scene, are not cut by what stands on them: their
+/// own size says how far light is spread across. Nor does what stands along so short a line cut any: the slivers around the
+/// feet of a thousand small things would cost more than they tell.
 const SMALL: f64 = 8000.0;
 
 /// The parts of a face may miss or double so much of its area; else it stays whole.
@@ -158,9 +159,11 @@ fn drawn_lines(
     // Those that run along an edge, with the edge: they part a face from a neighbour, or nothing.
     let mut along_edges: Vec<(u32, DrawnLine, [u32; 2])> = Vec::new();
     for (face, flat) in meetings.flats.iter().enumerate() {
-        let is_small = flat.longest_edge() < SMALL * points.reach;
-        for &Line { ends, standing } in meetings.lines[face].iter().filter(|line| line.standing.is_none() || !is_small)
-        {
+        let small = SMALL * points.reach;
+        for &Line { ends, standing } in &meetings.lines[face] {
+            if standing.is_some() && (flat.longest_edge() < small || ends[0].distance(ends[1]) < small) {
+                continue;
+            }
             let ids = ends.map(|end| points.on_face(flat, end, positions));
             let line = DrawnLine { ids, standing };
             let edge = standing.and_then(|_| points.edge_along(flat, ids, positions));
