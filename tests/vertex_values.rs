@@ -10,7 +10,7 @@ use radiosity::{
     math::sequence::Sampler,
     scene::LoadOptions,
     solver::{Reconstruction, Reconstructor, SolveSettings},
-    transport::{origins::VertexValues, visible_light::Scratch},
+    transport::{lights::DirectMethod, origins::VertexValues, visible_light::Scratch},
 };
 
 const ALL: [VertexValues; 3] = [VertexValues::Point, VertexValues::Average, VertexValues::LeastSquares];
