@@ -161,6 +161,9 @@ impl DirectContext<'_> {
     ) -> Vec3 {
         let sequence = Sequence::new(self.sampler, self.seed, receiver.vertex, stream, self.light_rays);
         let (mut sum, mut is_untimed) = (Vec3::ZERO, true);
+        // Where no sample could see the light, what hides it is not known there, but from the other origins: what there
+        // would be at such origins with nothing between, and at the others, with what there is.
+        let [mut untold, mut unhidden_elsewhere, mut found_elsewhere] = [Vec3::ZERO; 3];
         for (place, origin) in receiver.origins.iter().enumerate() {
             let run = samples_of_origin(place, self.light_rays, receiver.origins.len());
             let count = u64::from(run.end - run.start);
@@ -187,16 +190,27 @@ impl DirectContext<'_> {
                 rays.timed += rays.traced - traced_before;
                 rays.timed_nanoseconds += started.elapsed().as_nanos() as u64;
             }
-            sum += match unhidden.filter(|_| samples.agree()) {
-                Some(unhidden) => {
+            let part = match unhidden {
+                Some(unhidden) if samples.tell_nothing() => {
+                    untold += unhidden;
+                    continue;
+                }
+                Some(unhidden) if samples.agree() => {
                     let sight = if samples.seen == 0 { Sight::Hidden } else { Sight::Whole };
                     rays.skip(sight, count - u64::from(samples.taken));
                     receiver.spread_evenly(if samples.seen == 0 { Vec3::ZERO } else { unhidden })
                 }
-                None => receiver.enter(&samples, unhidden, self.light_rays),
+                _ => receiver.enter(&samples, unhidden, self.light_rays),
             };
+            sum += part;
+            if let Some(unhidden) = unhidden {
+                unhidden_elsewhere += unhidden;
+                found_elsewhere += part * receiver.origins.len() as f32;
+            }
         }
-        sum
+        let is_told = unhidden_elsewhere.cmpgt(Vec3::ZERO);
+        let seen = Vec3::select(is_told, found_elsewhere / unhidden_elsewhere, Vec3::ONE);
+        sum + receiver.spread_evenly(untold * seen)
     }
 
     /// A sample's term, and whether the light is seen there; none, and no ray, where it cannot be.
@@ -322,9 +336,14 @@ impl Samples {
         }
     }
 
+    /// True if none of them could see the light, were there nothing between.
+    fn tell_nothing(&self) -> bool {
+        self.seen + self.hidden == 0
+    }
+
     /// True if enough of them see the light altogether, or not at all.
     fn agree(&self) -> bool {
-        self.taken >= self.agreeing && (self.seen == 0 || self.hidden == 0)
+        self.taken >= self.agreeing && !self.tell_nothing() && (self.seen == 0 || self.hidden == 0)
     }
 }
 
