@@ -8,7 +8,7 @@ mod common;
 use std::{f64::consts::PI, fmt::Write, sync::Arc};
 
 use common::{problem, solve_with_elements};
-use glam::{DMat3, DVec3, Vec3};
+use glam::{DMat3, DVec3};
 use radiosity::{
     check::{
         path_tracer::{PathSettings, PathTracer},
@@ -368,9 +368,8 @@ fn in_front_of_the_wall_light_is_right_up_to_the_wall() {
 #[test]
 fn a_wall_of_ten_boxes_that_touch_is_like_one_of_one_box() {
     let shell = |divider: Vec<Quad>| {
-        let mut quads = vec![];
         // The room's own shell is made of boxes, too.
-        let (low, high) = (DVec3::ZERO, DVec3::new(4.0, 2.0, 2.0));
+        let mut quads = vec![];
         for (from, to) in [
             (DVec3::new(-0.2, -0.2, -0.2), DVec3::new(4.2, 0.0, 2.2)),
             (DVec3::new(-0.2, 2.0, -0.2), DVec3::new(4.2, 2.2, 2.2)),
@@ -381,7 +380,6 @@ fn a_wall_of_ten_boxes_that_touch_is_like_one_of_one_box() {
         ] {
             quads.extend(solid(from, to, "grey"));
         }
-        assert!(low.cmplt(high).all());
         quads.extend(divider);
         quads
     };
@@ -441,11 +439,15 @@ fn across_an_edge_with_corners_of_others_on_it_light_does_not_jump() {
     }
 }
 
-/// Every vertex has the normal of its elements, and no light is lost where nothing touches.
+/// Expected: what is written in the file.
 #[test]
 fn scenes_without_contacts_are_read_as_they_are() {
     let scene = PLAIN.scene(&unit_room("w"));
     assert_eq!(scene.mesh.triangles.len(), 12);
     assert!(scene.warnings.is_empty() && scene.enclosed.is_empty(), "{:?}", scene.warnings);
-    assert!(scene.mesh.normals.iter().all(|normal| normal.abs_diff_eq(normal.round(), 1e-6)), "{:?}", Vec3::ZERO);
+    assert!(
+        scene.mesh.normals.iter().all(|normal| normal.abs_diff_eq(normal.round(), 1e-6)),
+        "{:?}",
+        scene.mesh.normals
+    );
 }

@@ -12,6 +12,7 @@ use super::{
     mesh_buffers::MeshBuffers,
     mesh_view::{self, Layouts, MeshInputs, VERTEX_FIELD_WGSL},
     surface_pipelines::{SurfacePass, SurfacePipelines, surface_pipeline},
+    targets::drawn_texture,
     variant::{SHADING_WGSL, Variant},
 };
 use crate::scene::{Material, Scene};
@@ -55,21 +56,8 @@ impl SeenTargets {
     const FORMATS: [wgpu::TextureFormat; 3] =
         [wgpu::TextureFormat::Rgba32Uint, wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Rgba16Float];
 
-    pub(super) fn new(device: &wgpu::Device, [width, height]: [u32; 2]) -> Self {
-        let view = |format| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("what pixels see"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            });
-            texture.create_view(&wgpu::TextureViewDescriptor::default())
-        };
-        Self { views: Self::FORMATS.map(view) }
+    pub(super) fn new(device: &wgpu::Device, size: [u32; 2]) -> Self {
+        Self { views: Self::FORMATS.map(|format| drawn_texture(device, "what pixels see", size, format)) }
     }
 }
 

@@ -8,7 +8,10 @@ use serde::{Deserialize, Serialize};
 use uvunwrap::{Density, MeshInput, Options, Packing, Stage};
 
 use super::{charts::Charts, coverage::TexelTriangle};
-use crate::scene::{Mesh, Scene};
+use crate::{
+    math::sets::Sets,
+    scene::{Mesh, Scene},
+};
 
 /// How fine a lightmap is.
 #[derive(Clone, Debug, PartialEq, Args, Serialize, Deserialize)]
@@ -282,25 +285,15 @@ fn is_unique(charts: &Charts) -> bool {
 
 /// Numbers the charts: triangles that share an edge of the map are in one.
 fn connected_charts(coordinates: &[[Vec2; 3]]) -> Vec<u32> {
-    let mut parents: Vec<u32> = (0..coordinates.len() as u32).collect();
+    let mut charts = Sets::of_one(coordinates.len() as u32);
     let mut edges = HashMap::new();
     for (index, corners) in coordinates.iter().enumerate() {
         for side in 0..3 {
             let mut ends = [corners[side], corners[(side + 1) % 3]].map(|end: Vec2| end.to_array().map(f32::to_bits));
             ends.sort_unstable();
             let neighbour = *edges.entry(ends).or_insert(index as u32);
-            let (a, b) = (root(&mut parents, index as u32), root(&mut parents, neighbour));
-            parents[a.max(b) as usize] = a.min(b);
+            charts.join(index as u32, neighbour);
         }
     }
-    (0..coordinates.len() as u32).map(|index| root(&mut parents, index)).collect()
-}
-
-fn root(parents: &mut [u32], mut index: u32) -> u32 {
-    while parents[index as usize] != index {
-        let above = parents[parents[index as usize] as usize];
-        parents[index as usize] = above;
-        index = above;
-    }
-    index
+    charts.into_lowest()
 }

@@ -2,6 +2,7 @@
 
 pub mod color;
 pub mod sequence;
+pub mod sets;
 pub mod statistics;
 
 use glam::Vec3;

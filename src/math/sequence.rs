@@ -3,8 +3,10 @@
 //! Nothing is shared between threads and nothing comes from the clock, so a solution has the same bits on any
 //! number of threads. Different elements and streams are decorrelated by hashing their numbers into the key.
 
+use std::f32::consts::PI;
+
 use clap::ValueEnum;
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 use rand::{RngExt, SeedableRng, rngs::SmallRng};
 use serde::{Deserialize, Serialize};
 
@@ -129,6 +131,14 @@ fn mix(value: u64) -> u64 {
     bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     bits ^ (bits >> 31)
+}
+
+/// Direction `index` of `count` about +z that are spread over the hemisphere by the cosine, without a random number: a
+/// spiral (Vogel 1979, "A better way to construct the sunflower head"), each turn as wide as its share of the cosine asks.
+pub fn spiral_direction(index: u32, count: u32) -> Vec3 {
+    let squared = (index as f32 + 0.5) / count as f32;
+    let (sine, cosine) = (PI * (3.0 - 5.0_f32.sqrt()) * index as f32).sin_cos();
+    Vec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).sqrt())
 }
 
 #[cfg(test)]

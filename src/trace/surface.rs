@@ -1,11 +1,9 @@
 //! Points on surfaces, and rays that leave them without meeting them again.
 
-use std::f32::consts::PI;
-
 use glam::{Mat3, Vec2, Vec3};
 
 use super::{NO_TRIANGLE, Ray, RayTracer};
-use crate::scene::Scene;
+use crate::{math::sequence::spiral_direction, scene::Scene};
 
 /// Rays that tell whether a point is buried.
 const RAYS_FOR_BURIAL: u32 = 16;
@@ -70,12 +68,8 @@ impl SurfacePoint {
             normal.cross(normal.any_orthogonal_vector()).normalize(),
             normal,
         );
-        let rays = (0..RAYS_FOR_BURIAL).filter_map(|index| {
-            // A spiral over the hemisphere (Vogel 1979), each turn as wide as its share of the cosine asks.
-            let squared = (index as f32 + 0.5) / RAYS_FOR_BURIAL as f32;
-            let (sine, cosine) = (PI * (3.0 - 5.0_f32.sqrt()) * index as f32).sin_cos();
-            self.ray(basis * Vec3::new(squared.sqrt() * cosine, squared.sqrt() * sine, (1.0 - squared).sqrt()))
-        });
+        let direction = |index| basis * spiral_direction(index, RAYS_FOR_BURIAL);
+        let rays = (0..RAYS_FOR_BURIAL).filter_map(|index| self.ray(direction(index)));
         let (mut traced, mut back_hits, mut clearance) = (0, 0, f32::INFINITY);
         for hit in rays.inspect(|_| traced += 1).filter_map(|ray| tracer.closest_hit(&ray)) {
             back_hits += u32::from(!hit.front);

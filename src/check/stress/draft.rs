@@ -103,6 +103,13 @@ impl Draft {
         self
     }
 
+    /// The Cornell box with a red floor.
+    pub(super) fn with_red_floor(self) -> Self {
+        // What follows the floor goes on in its white.
+        let floor = "usemtl white\nf 1 2 3 4\n";
+        Self { obj: self.obj.replace(floor, "usemtl red\nf 1 2 3 4\nusemtl white\n"), ..self }
+    }
+
     /// With another light.
     pub(super) fn lit_by(self, change: impl Fn(&mut AreaLightState)) -> Self {
         let mut light = self.light.unwrap_or_default();

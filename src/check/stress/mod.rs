@@ -19,9 +19,9 @@ use serde::Serialize;
 
 use crate::{
     check::closed_form::furnace_irradiance,
-    scene::{LoadOptions, load::load_from_memory},
+    scene::{LoadOptions, Scene, load::load_from_memory},
     solver::{Monitor, Problem, Reconstruction, Reconstructor, SolveSettings, Solved, solve},
-    trace::Tracer,
+    trace::{Located, Tracer, locate_point},
     transport::visible_light::Scratch,
 };
 use cases::{Asked, Case};
@@ -70,13 +70,17 @@ fn row(case: &Case) -> Row {
 
 /// Ok if all is as asked; either way what was found.
 fn verdict(case: &Case) -> Result<String, String> {
-    let found = Answer::of(&case.draft, &case.settings)?;
+    let expected = match &case.asked {
+        Asked::SameAs { other, .. } => Some(Answer::of(other, &case.settings, None)?),
+        _ => None,
+    };
+    let found = Answer::of(&case.draft, &case.settings, expected.as_ref().map(|expected| &expected.places[..]))?;
     let limit = found.check_bounds()?;
     match &case.asked {
         Asked::Bounds => Ok(format!("largest {:.3} of its limit", found.largest() / limit.max(f64::MIN_POSITIVE))),
-        Asked::SameAs { other, factor, tolerance } => {
-            let expected = Answer::of(other, &case.settings)?;
-            let difference = relative_difference(&found.values, &expected.values, *factor);
+        Asked::SameAs { factor, tolerance, .. } => {
+            let expected = expected.map(|expected| expected.values).unwrap_or_default();
+            let difference = relative_difference(&found.values, &expected, *factor);
             within(difference <= *tolerance, format!("differs by {difference:.1e}"))
         }
         Asked::Dark => within(found.largest() == 0.0, format!("largest {:e} W/m²", found.largest())),
@@ -108,7 +112,9 @@ fn relative_difference(found: &[Vec3], expected: &[Vec3], factor: f64) -> f64 {
 
 /// What a solve gave.
 struct Answer {
-    /// Irradiance [W/m²] at points of the first triangles, those of the scene before a case added to it.
+    /// Where it is compared with another.
+    places: Vec<Place>,
+    /// Irradiance [W/m²] there.
     values: Vec<Vec3>,
     /// All bounces at all vertices.
     total: Vec<Vec3>,
@@ -120,11 +126,22 @@ struct Answer {
     bounces: u32,
 }
 
-/// Triangles that are compared: as many as the Cornell box has.
+/// A place on a surface: for each scene of the same shape the same, whatever its size and place, and the order and number
+/// of its triangles.
+#[derive(Clone, Copy)]
+struct Place {
+    /// From the middle of the scene, in parts of its largest half-extent.
+    position: Vec3,
+    /// Unit normal.
+    normal: Vec3,
+}
+
+/// The places are those of so many triangles: as many as the Cornell box has.
 const COMPARED: u32 = 30;
 
 impl Answer {
-    fn of(draft: &Draft, settings: &SolveSettings) -> Result<Self, String> {
+    /// Compared at `places`, or at places of its own first triangles.
+    fn of(draft: &Draft, settings: &SolveSettings, places: Option<&[Place]>) -> Result<Self, String> {
         // As much as a scene may reflect.
         let load = LoadOptions { reflectance_limit: 0.999, ..LoadOptions::default() };
         let scene = load_from_memory("stress", &draft.obj, &draft.mtl, &load).map_err(|error| error.to_string())?;
@@ -134,12 +151,19 @@ impl Answer {
         let Solved { solution, tessellation, .. } = solve(&problem, &Monitor::new(&problem.tessellation, None));
         let reconstructor = Reconstructor::new(&scene, &*tracer, &tessellation, &solution, Reconstruction::Vertex);
         let mut scratch = Scratch::default();
-        let triangles = 0..COMPARED.min(scene.mesh.triangles.len() as u32);
-        let points = triangles.flat_map(|triangle| places().map(move |place| (triangle, place)));
-        let values = points.map(|(triangle, place)| reconstructor.irradiance(triangle, place, &mut scratch).total);
+        let half_extent = scene.mesh.positions.iter().fold(0.0_f32, |most, point| most.max(point.abs().max_element()));
+        let places = places.map_or_else(|| places_of(&scene, half_extent), <[Place]>::to_vec);
+        // A place that is not found makes the difference no number, and the case fail.
+        let value = |place: &Place| match locate_point(&*tracer, &scene, place.position * half_extent, place.normal) {
+            Some(Located::On(triangle, at)) => reconstructor.irradiance(triangle, at, &mut scratch).total,
+            Some(Located::Enclosed) => Vec3::ZERO,
+            None => Vec3::NAN,
+        };
+        let values = places.iter().map(value).collect();
         let largest_reflectance = scene.materials.iter().map(|material| f64::from(material.reflectance.max_element()));
         Ok(Self {
-            values: values.collect(),
+            places,
+            values,
             largest_direct: largest(solution.direct()),
             largest_reflectance: largest_reflectance.fold(0.0, f64::max),
             indirect: largest(&solution.indirect()),
@@ -173,8 +197,19 @@ fn largest(field: &[Vec3]) -> f64 {
     field.iter().map(|value| f64::from(value.max_element())).fold(0.0, f64::max)
 }
 
+/// Places of a scene's first triangles.
+fn places_of(scene: &Scene, half_extent: f32) -> Vec<Place> {
+    let triangles = 0..COMPARED.min(scene.mesh.triangles.len() as u32);
+    let points = triangles.flat_map(|triangle| spread_points().map(move |point| (triangle, point)));
+    let place = |(triangle, point)| Place {
+        position: scene.mesh.position(triangle, point) / half_extent,
+        normal: scene.mesh.shading_normal(triangle, point),
+    };
+    points.map(place).collect()
+}
+
 /// Barycentric (u, v) of ten points spread over a triangle.
-fn places() -> impl Iterator<Item = Vec2> {
+fn spread_points() -> impl Iterator<Item = Vec2> {
     let rows = (0..4_u8).flat_map(|u| (0..4 - u).map(move |v| (u, v)));
     rows.map(|(u, v)| (Vec2::new(f32::from(u), f32::from(v)) + 1.0 / 3.0) / 4.0)
 }
@@ -185,7 +220,15 @@ mod tests {
 
     fn answer(total: Vec<Vec3>) -> Answer {
         let values = total.clone();
-        Answer { values, total, largest_direct: 1.0, largest_reflectance: 0.5, indirect: 0.0, bounces: 3 }
+        Answer {
+            places: Vec::new(),
+            values,
+            total,
+            largest_direct: 1.0,
+            largest_reflectance: 0.5,
+            indirect: 0.0,
+            bounces: 3,
+        }
     }
 
     #[test]

@@ -15,6 +15,7 @@ use super::{
     shaders::Shaders,
 };
 use crate::{
+    gpu::targets::drawn_texture,
     lightmap::Visibility,
     scene::Scene,
     student::hemicube::{HemicubeFace, delta_form_factor},
@@ -147,26 +148,6 @@ fn side_format(scene: &SceneBuffers) -> wgpu::TextureFormat {
     if scene.corners.is_some() { ITEM_FORMAT } else { wgpu::TextureFormat::R8Uint }
 }
 
-/// An atlas that is drawn into and read.
-fn texture(
-    device: &wgpu::Device,
-    label: &str,
-    [width, height]: [u32; 2],
-    format: wgpu::TextureFormat,
-) -> wgpu::TextureView {
-    let texture = device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
-        view_formats: &[],
-    });
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
-}
-
 /// The pipeline and the atlas that it draws into.
 pub struct HemicubePass {
     /// Where tiles lie.
@@ -189,7 +170,7 @@ impl HemicubePass {
         scene: &SceneBuffers,
         layout: TileLayout,
     ) -> Self {
-        let depth = texture(device, "hemicubes", layout.size(), wgpu::TextureFormat::Depth32Float);
+        let depth = drawn_texture(device, "hemicubes", layout.size(), wgpu::TextureFormat::Depth32Float);
         Self::of(device, shaders, scene, (layout, depth, None))
     }
 
@@ -200,8 +181,8 @@ impl HemicubePass {
         scene: &SceneBuffers,
         layout: TileLayout,
     ) -> Self {
-        let depth = texture(device, "hemicubes", layout.size(), wgpu::TextureFormat::Depth32Float);
-        let sides = texture(device, "sides", layout.size(), side_format(scene));
+        let depth = drawn_texture(device, "hemicubes", layout.size(), wgpu::TextureFormat::Depth32Float);
+        let sides = drawn_texture(device, "sides", layout.size(), side_format(scene));
         Self::of(device, shaders, scene, (layout, depth, Some(sides)))
     }
 

@@ -17,6 +17,7 @@ use super::{
     shaders::{CUTOUTS_WGSL, FACES_WGSL, ON_FACE_WGSL, PATCHES_WGSL},
 };
 use crate::{
+    gpu::targets::drawn_texture,
     lightmap::PixelWeights,
     math::ratio_or_zero,
     scene::{AreaLight, Scene, Tessellation},
@@ -132,22 +133,8 @@ impl ItemBuffers {
         }
         let slots = (MOST_ENTRIES / triangle_count).clamp(1, MOST_SLOTS);
         let layout = TileLayout::new(resolution, slots, device.limits().max_texture_dimension_2d.min(4096));
-        let [width, height] = layout.size();
-        let target = |format, usage| {
-            let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("item buffer"),
-                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage: wgpu::TextureUsages::RENDER_ATTACHMENT | usage,
-                view_formats: &[],
-            });
-            texture.create_view(&wgpu::TextureViewDescriptor::default())
-        };
-        let items = target(ITEM_FORMAT, wgpu::TextureUsages::TEXTURE_BINDING);
-        let depth = target(wgpu::TextureFormat::Depth32Float, wgpu::TextureUsages::empty());
+        let [items, depth] = [ITEM_FORMAT, wgpu::TextureFormat::Depth32Float]
+            .map(|format| drawn_texture(device, "item buffer", layout.size(), format));
         let filled = |contents: &[u8], usage| {
             device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage })
         };

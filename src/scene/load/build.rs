@@ -65,9 +65,10 @@ pub(super) fn build(
         has_holes: &materials.iter().map(|one| one.opacity_texture.is_some() || one.opacity < 0.5).collect::<Vec<_>>(),
         two_sided: options.two_sided,
     };
-    let settled = match options.faces_as_read {
-        true => contacts::Settled::unsettled(faces),
-        false => contacts::settle(faces, &mut positions, &rules),
+    let settled = if options.faces_as_read {
+        contacts::Settled::unsettled(faces)
+    } else {
+        contacts::settle(faces, &mut positions, &rules)
     };
     warnings.extend(settled.findings.told(materials, &frame));
     let mesh = assemble(settled.faces, &settled.fans, &positions, options.two_sided);

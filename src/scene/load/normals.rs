@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::counted;
 use super::obj::Soup;
+use crate::math::sets::Sets;
 
 /// In degrees: faces that bend by less are one plane, so that the two halves of a quad share their vertices.
 const FLAT_ANGLE: f64 = 0.01;
@@ -85,7 +86,7 @@ fn smooth_groups(ids: &[[u32; 3]], faces: &[DVec3], angle: f64) -> Vec<u32> {
         .collect();
     edges.par_sort_unstable();
     let cosine = angle.to_radians().cos();
-    let mut parents: Vec<u32> = (0..3 * ids.len() as u32).collect();
+    let mut groups = Sets::of_one(3 * ids.len() as u32);
     let corner_at = |triangle: usize, id: u32| {
         let place = ids[triangle].iter().position(|&other| other == id).unwrap_or(0);
         (3 * triangle + place) as u32
@@ -96,28 +97,13 @@ fn smooth_groups(ids: &[[u32; 3]], faces: &[DVec3], angle: f64) -> Vec<u32> {
                 let (one, other) = (corner as usize / 3, other_corner as usize / 3);
                 if faces[one].dot(faces[other]) > cosine {
                     for id in [low, high] {
-                        join(&mut parents, corner_at(one, id), corner_at(other, id));
+                        groups.join(corner_at(one, id), corner_at(other, id));
                     }
                 }
             }
         }
     }
-    (0..parents.len() as u32).map(|corner| root(&mut parents, corner)).collect()
-}
-
-/// The first member of a set (union-find with path halving).
-fn root(parents: &mut [u32], mut member: u32) -> u32 {
-    while parents[member as usize] != member {
-        let grandparent = parents[parents[member as usize] as usize];
-        parents[member as usize] = grandparent;
-        member = grandparent;
-    }
-    member
-}
-
-fn join(parents: &mut [u32], one: u32, other: u32) {
-    let (one, other) = (root(parents, one), root(parents, other));
-    parents[one.max(other) as usize] = one.min(other);
+    groups.into_lowest()
 }
 
 fn unit_normal([a, b, c]: [DVec3; 3]) -> DVec3 {

@@ -213,7 +213,7 @@ impl Meetings {
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.lines.iter().all(Vec::is_empty) && self.corners.iter().all(Vec::is_empty)
+        self.lines.iter().all(Vec::is_empty) && self.corners.iter().chain(&self.partners).all(Vec::is_empty)
     }
 
     /// Moves the corners of faces that share a place with another one, but lie a hair beside its plane, into that plane.

@@ -1,6 +1,6 @@
 //! Who owns a place: of faces that lie on one another, one; of what is enclosed between solids, none.
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use obvhs::ray::Ray;
 use rayon::prelude::*;
 
@@ -9,7 +9,7 @@ use super::{
     cut::{Cuts, Piece},
     meet::Meetings,
 };
-use crate::scene::load::merge::Faces;
+use crate::{math::sequence::spiral_direction, scene::load::merge::Faces};
 
 /// Rays that tell whether a point is enclosed.
 const RAYS: u32 = 16;
@@ -111,15 +111,10 @@ impl Places<'_> {
     fn is_enclosed(&self, face: u32, corners: [DVec3; 3]) -> bool {
         let normal = self.meetings.flats[face as usize].normal;
         let (across, along) = normal.any_orthonormal_pair();
+        let basis = DMat3::from_cols(across, along, normal);
         ASKED.iter().all(|weights| {
             let point: DVec3 = weights.iter().zip(corners).map(|(weight, corner)| *weight * corner).sum();
-            (0..RAYS).all(|index| {
-                // A spiral over the hemisphere (Vogel 1979), spread by the cosine.
-                let squared = (f64::from(index) + 0.5) / f64::from(RAYS);
-                let turn = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt()) * f64::from(index);
-                let flat = squared.sqrt() * (turn.cos() * across + turn.sin() * along);
-                self.sees_back(face, point, flat + (1.0 - squared).sqrt() * normal)
-            })
+            (0..RAYS).all(|index| self.sees_back(face, point, basis * spiral_direction(index, RAYS).as_dvec3()))
         })
     }
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::{cut::Cuts, points::edge_key};
-use crate::scene::load::merge::Faces;
+use crate::{math::sets::Sets, scene::load::merge::Faces};
 
 /// For each corner `3 · triangle + place` of the cut faces the number of its fan at its position: corners of one position
 /// and one normal share a vertex if it agrees. 0 where nothing stands.
@@ -29,7 +29,7 @@ pub(super) fn fans(cuts: &Cuts, cut: &Faces) -> Vec<u32> {
 
 /// Numbers the fans of the corners around one position.
 fn number_fans(corners: &[u32], cuts: &Cuts, cut: &Faces, fans: &mut [u32]) {
-    let mut group: Vec<usize> = (0..corners.len()).collect();
+    let mut groups = Sets::of_one(corners.len() as u32);
     // A corner's two edges, by their other ends with the normals there.
     let ends = |corner: u32| {
         let triangle = cut.corners[corner as usize / 3];
@@ -45,13 +45,12 @@ fn number_fans(corners: &[u32], cuts: &Cuts, cut: &Faces, fans: &mut [u32]) {
             let shared = ends(a).into_iter().find(|end| ends(b).contains(end));
             let Some((end, _)) = shared else { continue };
             if !stands_between(a, b, edge_key(own(a).0, end), cuts) {
-                let (from, to) = (group[one].max(group[other]), group[one].min(group[other]));
-                group.iter_mut().filter(|member| **member == from).for_each(|member| *member = to);
+                groups.join(one as u32, other as u32);
             }
         }
     }
-    for (corner, group) in corners.iter().zip(group) {
-        fans[*corner as usize] = group as u32;
+    for (corner, group) in corners.iter().zip(groups.into_lowest()) {
+        fans[*corner as usize] = group;
     }
 }
 
