@@ -133,11 +133,18 @@ impl DirectContext<'_> {
         if emitters.is_empty() {
             return Vec3::ZERO;
         }
+        let gathers = self.finders.gather > 0 && self.method == DirectMethod::Analytic;
         let mut from_gather = Vec3::ZERO;
         let mut index = 0;
         let look = |origin: &SurfacePoint| {
-            let known =
-                emitters.lamps().map_or(Look::Sample { unhidden: None }, |lamps| self.look_at(origin, lamps, scratch));
+            let known = match emitters.lamps() {
+                None => Look::Sample { unhidden: None },
+                Some(lamps) => match self.look_at(origin, lamps, scratch) {
+                    // Many lamps fill much of what is seen: gather rays find them with less noise than few samples.
+                    Look::Sample { .. } if lamps.len() > 1 && gathers => Look::Sample { unhidden: None },
+                    known => known,
+                },
+            };
             if matches!(known, Look::Sample { unhidden: None }) {
                 from_gather += found.get(index).copied().unwrap_or_default();
             }
